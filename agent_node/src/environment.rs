@@ -1,0 +1,71 @@
+//! What training and evaluation ask of a room, whether it is simulated, over DDS or real.
+
+use std::num::NonZeroU64;
+
+use thiserror::Error;
+
+use crate::learning::{action::Action, dyna_q::Decision, image::Image};
+
+/// A room with a robot in it.
+pub trait Environment {
+    /// Begins an episode: everything random in it follows from the seed.
+    fn reset(&mut self, seed: NonZeroU64, scenario: &str) -> Result<Image, EnvironmentError>;
+
+    /// Moves the robot.
+    ///
+    /// The decision's values are for whoever watches; its action is what is done.
+    fn step(&mut self, decision: &Decision) -> Result<Step, EnvironmentError>;
+}
+
+/// What a step led to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    /// What the robot sees now.
+    pub image: Image,
+    /// 0 at the exit, -0.1 otherwise.
+    pub reward: f32,
+    /// The exit is reached.
+    pub terminated: bool,
+    /// The episode was cut off.
+    pub truncated: bool,
+    /// The move met a wall or an obstacle, and was not made.
+    pub blocked: bool,
+}
+
+/// Why the room does not answer.
+#[derive(Debug, Error)]
+pub enum EnvironmentError {
+    /// The program ends.
+    #[error("the node is shutting down")]
+    Shutdown,
+    /// Somebody else has begun another episode in the same room.
+    #[error("somebody else has taken over the room: {0}")]
+    TakenOver(String),
+    /// The room refuses what it is asked.
+    #[error("the simulator refuses: {0}")]
+    Refused(String),
+    /// The room cannot be reached.
+    #[error(transparent)]
+    Unreachable(#[from] ros_runtime::service::CallError),
+    /// What came back is no image of the camera.
+    #[error("the simulator sent {0}")]
+    BadImage(String),
+    /// After a restart the room is not what it was.
+    #[error(
+        "the simulator does not repeat itself: step {step} of the episode with seed {seed} shows \
+         another image than before; was it started with other parameters?"
+    )]
+    NotRepeatable {
+        /// The step, 0 for the reset.
+        step: u32,
+        /// The episode's seed.
+        seed: u64,
+    },
+}
+
+/// The action of a decision, for a room that is being brought back to where it was.
+impl From<Action> for Decision {
+    fn from(action: Action) -> Decision {
+        Decision { action, values: [f32::NAN; Action::COUNT], explored: false }
+    }
+}

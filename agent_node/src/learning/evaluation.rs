@@ -1,0 +1,177 @@
+//! The greedy test of a trained policy.
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    action::Action,
+    dyna_q::Decision,
+    image::Image,
+    network::QNetwork,
+    seeds::{Purpose, episode_seed},
+    training::TrainingError,
+};
+use crate::environment::Environment;
+
+/// What a test is of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TestPlan {
+    /// The scenario of every reset.
+    pub scenario: String,
+    /// How many episodes.
+    pub episodes: u32,
+    /// The seed of the test; with another one the rooms are others.
+    pub seed: u64,
+    /// How many steps an episode may take.
+    pub max_steps: u32,
+}
+
+/// What happened in one episode of a test.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TestEpisode {
+    /// Counts from 0.
+    pub episode: u32,
+    /// Actions taken, blocked ones included.
+    pub steps: u32,
+    /// How many of them were blocked.
+    pub blocked: u32,
+    /// Whether the exit was reached.
+    pub escaped: bool,
+}
+
+/// Who wants to know how a test goes.
+pub trait TestListener {
+    /// The agent sees an image, and has decided.
+    fn step(&mut self, _episode: u32, _step: u32, _image: &Image, _decision: &Decision) {}
+
+    /// An episode has ended.
+    fn episode(&mut self, _episode: &TestEpisode) {}
+}
+
+/// Runs a test: always the action of the greatest value, no exploration.
+pub fn run_test(
+    plan: &TestPlan,
+    network: &QNetwork,
+    room: &mut impl Environment,
+    listener: &mut impl TestListener,
+) -> Result<Vec<TestEpisode>, TrainingError> {
+    let mut episodes = Vec::new();
+    for episode in 0..plan.episodes {
+        let mut image =
+            room.reset(episode_seed(Purpose::Test, plan.seed, episode), &plan.scenario)?;
+        let mut result = TestEpisode { episode, steps: 0, blocked: 0, escaped: false };
+        while result.steps < plan.max_steps {
+            let values = network.values(&image)?;
+            let decision = Decision { action: Action::greatest(&values), values, explored: false };
+            listener.step(episode, result.steps, &image, &decision);
+            let step = room.step(&decision)?;
+            result.steps += 1;
+            result.blocked += u32::from(step.blocked);
+            result.escaped = step.terminated;
+            if step.terminated || step.truncated {
+                break;
+            }
+            image = step.image;
+        }
+        listener.episode(&result);
+        episodes.push(result);
+    }
+    Ok(episodes)
+}
+
+/// The result of a test: `evaluation.json`, and the field `evaluation` of `summary.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Evaluation {
+    /// The scenario that was tested.
+    pub scenario: String,
+    /// How many episodes were run.
+    pub episodes: u32,
+    /// How many of them ended at the exit within `max_steps`.
+    pub successes: u32,
+    /// `successes / episodes`.
+    pub success_rate: f64,
+    /// The most steps an episode may take before it counts as a failure.
+    pub max_steps: u32,
+    /// The run seed of the test; its episodes' seeds are never those of a training.
+    pub seed: u64,
+    /// Mean steps of the successful episodes; null if there is none.
+    pub mean_steps: Option<f64>,
+    /// Mean of the fewest possible steps over all the episodes, with full knowledge of the room;
+    /// null where obstacles move, or where nobody computed it.
+    pub oracle_mean_steps: Option<f64>,
+    /// Steps of the successful episodes over the fewest possible steps of the same episodes.
+    pub optimality_ratio: Option<f64>,
+    /// Blocked moves per 100 steps, failures included.
+    pub blocked_per_100_steps: f64,
+    /// Share of the episodes without a single blocked move.
+    pub collision_free_rate: f64,
+}
+
+impl Evaluation {
+    /// Sums up a test. `fewest_steps` is the fewest possible number for each episode, if somebody
+    /// with the room's plan has computed it; one that is missing leaves the ratio open.
+    pub fn new(
+        plan: &TestPlan,
+        episodes: &[TestEpisode],
+        fewest_steps: Option<&[Option<u32>]>,
+    ) -> Evaluation {
+        let count = episodes.len() as f64;
+        let share = |number: usize| {
+            if episodes.is_empty() { 0.0 } else { number as f64 / count }
+        };
+        let escaped: Vec<&TestEpisode> = episodes.iter().filter(|e| e.escaped).collect();
+        let steps: u32 = episodes.iter().map(|e| e.steps).sum();
+        let blocked: u32 = episodes.iter().map(|e| e.blocked).sum();
+        let escape_steps: u32 = escaped.iter().map(|e| e.steps).sum();
+        // One number for each episode, or none at all.
+        let fewest: Option<Vec<u32>> = fewest_steps
+            .filter(|fewest| fewest.len() == episodes.len() && !fewest.is_empty())
+            .and_then(|fewest| fewest.iter().copied().collect());
+        let fewest_of_escapes: Option<u32> =
+            fewest.as_ref().map(|all| escaped.iter().map(|e| all[e.episode as usize]).sum());
+        Evaluation {
+            scenario: plan.scenario.clone(),
+            episodes: episodes.len() as u32,
+            successes: escaped.len() as u32,
+            success_rate: share(escaped.len()),
+            max_steps: plan.max_steps,
+            seed: plan.seed,
+            mean_steps: ratio(escape_steps, escaped.len() as u32),
+            oracle_mean_steps: fewest.and_then(|all| ratio(all.iter().sum(), all.len() as u32)),
+            optimality_ratio: fewest_of_escapes.and_then(|fewest| ratio(escape_steps, fewest)),
+            blocked_per_100_steps: ratio(100 * blocked, steps).unwrap_or(0.0),
+            collision_free_rate: share(episodes.iter().filter(|e| e.blocked == 0).count()),
+        }
+    }
+}
+
+fn ratio(numerator: u32, denominator: u32) -> Option<f64> {
+    (denominator > 0).then(|| f64::from(numerator) / f64::from(denominator))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_test_is_summed_up() {
+        let plan = TestPlan { scenario: "empty".into(), episodes: 4, seed: 1, max_steps: 200 };
+        let episode =
+            |episode, steps, blocked, escaped| TestEpisode { episode, steps, blocked, escaped };
+        let episodes = [
+            episode(0, 10, 0, true),
+            episode(1, 200, 190, false),
+            episode(2, 14, 1, true),
+            episode(3, 6, 0, true),
+        ];
+        let fewest = [Some(8), Some(9), Some(12), Some(5)];
+        let evaluation = Evaluation::new(&plan, &episodes, Some(&fewest));
+        assert_eq!((evaluation.successes, evaluation.success_rate), (3, 0.75));
+        assert_eq!(evaluation.mean_steps, Some(10.0));
+        assert_eq!(evaluation.oracle_mean_steps, Some(8.5));
+        assert_eq!(evaluation.optimality_ratio, Some(30.0 / 25.0));
+        assert_eq!(evaluation.blocked_per_100_steps, 19_100.0 / 230.0);
+        assert_eq!(evaluation.collision_free_rate, 0.5);
+        let moving = Evaluation::new(&plan, &episodes, Some(&[None; 4]));
+        assert_eq!((moving.oracle_mean_steps, moving.optimality_ratio), (None, None));
+    }
+}

@@ -1,0 +1,59 @@
+//! `agent_node train | evaluate | seeds`: see `--help`.
+
+use std::process::ExitCode;
+
+use agent_node::ros::commands;
+use clap::{Parser, Subcommand};
+use ros_runtime::Arguments;
+
+/// Learns by deep Dyna-Q, from camera images alone, to drive a robot out of a room.
+#[derive(Parser)]
+#[command(version, after_help = "Options are ROS parameters: --ros-args -p episodes:=100")]
+struct CommandLine {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Train over DDS, then test; everything is left in the directory of the parameter `out`
+    Train,
+    /// Test the model in the directory of the parameter `model`, without exploration
+    Evaluate,
+    /// Print the seeds of a test's resets, one a line (no DDS)
+    Seeds {
+        /// The seed of the test
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+        /// How many episodes it has
+        #[arg(long, default_value_t = 1000)]
+        episodes: u32,
+    },
+}
+
+fn main() -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("agent_node: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run() -> anyhow::Result<()> {
+    // Matrix products of this size are slower with more threads. candle reads this variable, and no
+    // thread is there yet that could read it meanwhile.
+    if std::env::var_os("RAYON_NUM_THREADS").is_none() {
+        std::env::set_var("RAYON_NUM_THREADS", "1");
+    }
+    let arguments = Arguments::parse(std::env::args())?;
+    match CommandLine::parse_from(&arguments.program).command {
+        Command::Train => commands::train(&arguments),
+        Command::Evaluate => commands::evaluate(&arguments),
+        Command::Seeds { seed, episodes } => {
+            print!("{}", commands::seeds(seed, episodes));
+            Ok(())
+        }
+    }
+}

@@ -1,0 +1,385 @@
+//! What the program does: train, evaluate, and the seeds of a test.
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+    time::Duration,
+};
+
+use anyhow::Context;
+use evac_msgs::TrainingStatus;
+use log::{info, warn};
+use ros_runtime::{
+    Arguments, Node, Publisher,
+    node::reliable,
+    parameters::{ParameterClient, ParameterValue},
+};
+
+use super::{
+    console::Console,
+    parameters::{Defaults, count, declare, model_settings_from, scenario, training_settings},
+    publishers::publish_status,
+    simulator::{Connection, Simulator},
+};
+use crate::{
+    environment::EnvironmentError,
+    learning::{
+        checkpoint::{load_model, model_bytes},
+        dyna_q::Decision,
+        evaluation::{Evaluation, TestEpisode, TestListener, TestPlan, run_test},
+        image::Image,
+        network::QNetwork,
+        record::EpisodeRecord,
+        seeds::{Purpose, episode_seed},
+        training::{Listener, Plan, Training, TrainingError},
+    },
+    report::{CaptionedFrame, Report, RunFacts, TensorBoard},
+    run::{RunDirectory, Summary},
+};
+
+/// The largest seed: parameters are signed in ROS.
+const LARGEST_SEED: u64 = (1 << 53) - 1;
+/// How long to wait for the simulator's parameters, which are only for the record.
+const PARAMETER_DEADLINE: Duration = Duration::from_secs(10);
+/// Images that the report shows.
+const REPORT_FRAMES: usize = 8;
+
+/// Prints the seeds of a test, one a line: `sim_node oracle` computes the fewest steps for them.
+pub fn seeds(seed: u64, episodes: u32) -> String {
+    let seeds = (0..episodes).map(|episode| episode_seed(Purpose::Test, seed, episode));
+    seeds.map(|seed| format!("{seed}\n")).collect()
+}
+
+/// Trains over DDS, then tests, and leaves everything in the directory `out`.
+pub fn train(arguments: &Arguments) -> anyhow::Result<()> {
+    let mut node = Node::new("agent_node", arguments)?;
+    let parameters = node.parameters().clone();
+    let (preset, settings) = model_settings_from(&parameters, &Defaults::default())?;
+    let settings = training_settings(&parameters, settings)?;
+    let plan = Plan {
+        scenario: scenario(&parameters, &Defaults::default())?,
+        episodes: count(&parameters, "episodes", 1000, 1..=10_000_000, "training episodes")? as u32,
+        seed: count(&parameters, "seed", 0, 0..=LARGEST_SEED, "the run is a function of it")?,
+    };
+    let default_out = format!("runs/{}-{preset}-seed{}", plan.scenario, plan.seed);
+    let out = declare(&parameters, "out", default_out, "the directory of the run's files")?;
+    let resume = declare(&parameters, "resume", false, "go on from the checkpoint in out")?;
+    let checkpoint_interval = count(
+        &parameters,
+        "checkpoint_interval",
+        100,
+        1..=10_000_000,
+        "episodes between two checkpoints; one is also saved at the end and on Ctrl-C",
+    )? as u32;
+    let test = TestParameters::declare(&parameters, "evaluation_episodes", "evaluation_seed", 0)?;
+    let common = Common::declare(&mut node)?;
+    node.start_parameter_services()?;
+
+    let out = Path::new(&out);
+    let (directory, mut training) = match resume {
+        true => {
+            let directory = RunDirectory::open(out)?;
+            let file = directory.file(RunDirectory::CHECKPOINT);
+            let training = Training::load(&file, plan, settings)?;
+            info!("going on with episode {} of {}", training.episode(), training.plan.episodes);
+            (directory, training)
+        }
+        false => {
+            let (directory, kept) = RunDirectory::create(out)?;
+            if let Some(kept) = kept {
+                info!("the earlier run in {} is now {}", out.display(), kept.display());
+            }
+            (directory, Training::new(plan, settings)?)
+        }
+    };
+    let mut config = BTreeMap::from([(node.naming().node.clone(), parameters.values())]);
+    directory.write_config(&config)?;
+
+    let statuses = node.create_publisher("training_status", reliable(10))?;
+    let connection = Connection::new(&mut node)?;
+    let mut room = Simulator::new(&node, connection, common.deadline);
+    let mut listener = TrainingListener {
+        console: Console::new("training", training.plan.episodes, training.episode()),
+        board: TensorBoard::create(&directory.file("tensorboard"), training.episode())?,
+        directory: &directory,
+        statuses,
+        checkpoint_interval,
+    };
+    let outcome = training.run(&mut room, &mut listener);
+    drop(listener);
+    save(&directory, &training)?;
+    if let Err(error) = outcome {
+        let (episode, path) = (training.episode(), out.display());
+        if matches!(error, TrainingError::Environment(EnvironmentError::Shutdown)) {
+            info!("stopped in episode {episode}: go on with --resume --out {path}");
+            return Ok(());
+        }
+        return Err(error).context(format!("stopped in episode {episode}, saved in {path}"));
+    }
+
+    add_simulator_parameters(&node, &common, &mut config);
+    directory.write_config(&config)?;
+    let mut summary = Summary {
+        scenario: training.plan.scenario.clone(),
+        preset: preset.to_string(),
+        seed: training.plan.seed,
+        episodes: training.episode(),
+        steps: training.progress.total_steps,
+        wall_s: training.progress.wall.as_secs_f64(),
+        steps_per_s: training.steps_per_s(),
+        update_us: training.update_us(),
+        evaluation: None,
+    };
+    directory.write_json("summary.json", &summary)?;
+    let mut frames = Vec::new();
+    if test.episodes > 0 {
+        let plan = test.plan(&training.plan.scenario);
+        let network = training.learner().network();
+        let Some(tested) = run_and_sum_up(&plan, network, &mut room, common.oracle.as_deref())?
+        else {
+            info!("stopped before the end of the test; the training is complete");
+            return Ok(());
+        };
+        summary.evaluation = Some(tested.evaluation);
+        frames = tested.frames;
+        directory.write_json("summary.json", &summary)?;
+    }
+    let page = report(&summary, &training.progress.records, &frames)?;
+    directory.write("report.html", page.as_bytes())?;
+    info!("everything is in {}", out.display());
+    Ok(())
+}
+
+/// Tests a trained model over DDS and leaves `evaluation.json` in the directory `out`.
+pub fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
+    let mut node = Node::new("agent_node", arguments)?;
+    let parameters = node.parameters().clone();
+    let model = declare(
+        &parameters,
+        "model",
+        String::new(),
+        "the directory of a training, with model.safetensors and config.yaml",
+    )?;
+    anyhow::ensure!(!model.is_empty(), "parameter 'model' is missing: give -p model:=DIRECTORY");
+    let model = PathBuf::from(model);
+    let defaults = Defaults::of_model(&model)?;
+    let (_, settings) = model_settings_from(&parameters, &defaults)?;
+    let scenario = scenario(&parameters, &defaults)?;
+    let test = TestParameters::declare(&parameters, "episodes", "seed", 1)?;
+    let default_out = model.display().to_string();
+    let out = declare(&parameters, "out", default_out, "the directory of evaluation.json")?;
+    let common = Common::declare(&mut node)?;
+    node.start_parameter_services()?;
+
+    let network = load_model(&model.join(RunDirectory::MODEL), &settings)?;
+    let directory = RunDirectory::open(Path::new(&out))?;
+    let connection = Connection::new(&mut node)?;
+    let mut room = Simulator::new(&node, connection, common.deadline);
+    let plan = test.plan(&scenario);
+    match run_and_sum_up(&plan, &network, &mut room, common.oracle.as_deref())? {
+        Some(tested) => directory.write_json("evaluation.json", &tested.evaluation)?,
+        None => info!("stopped before the end of the test"),
+    }
+    Ok(())
+}
+
+/// What `train` and `evaluate` have in common.
+struct Common {
+    deadline: Option<Duration>,
+    oracle: Option<Vec<Option<u32>>>,
+    simulator_parameters: ParameterClient,
+    simulator: String,
+}
+
+impl Common {
+    fn declare(node: &mut Node) -> anyhow::Result<Common> {
+        let parameters = node.parameters().clone();
+        let deadline = parameters.declare(
+            "simulator_timeout",
+            120.0,
+            ros_runtime::parameters::Descriptor::read_only(
+                "how long the simulator may be silent, in seconds, before the agent gives up; 0: for ever",
+            )
+            .range(0.0..=1e6),
+        )?;
+        let oracle = declare(
+            &parameters,
+            "oracle",
+            String::new(),
+            "the result of `sim_node oracle` for the seeds of the test, if there is one",
+        )?;
+        let simulator =
+            declare(&parameters, "simulator", "sim_node".to_owned(), "the simulator's node")?;
+        declare(&parameters, "use_sim_time", false, "ROS's switch for simulated time")?;
+        parameters.refuse_undeclared()?;
+        Ok(Common {
+            deadline: (deadline > 0.0).then(|| Duration::from_secs_f64(deadline)),
+            oracle: if oracle.is_empty() { None } else { Some(read_oracle(Path::new(&oracle))?) },
+            simulator_parameters: ParameterClient::new(node, &simulator)?,
+            simulator,
+        })
+    }
+}
+
+/// How long a test is, and of what.
+struct TestParameters {
+    episodes: u32,
+    seed: u64,
+    max_steps: u32,
+}
+
+impl TestParameters {
+    fn declare(
+        parameters: &ros_runtime::parameters::Parameters,
+        episodes: &str,
+        seed: &str,
+        least: u64,
+    ) -> anyhow::Result<TestParameters> {
+        let episodes_are = "greedy test episodes";
+        // Every model is tested in the same rooms, unless somebody says otherwise.
+        let seed_is = "the seed of the test; its episodes are never those of a training";
+        let steps_are = "steps after which a test episode counts as a failure";
+        Ok(TestParameters {
+            episodes: count(parameters, episodes, 1000, least..=10_000_000, episodes_are)? as u32,
+            seed: count(parameters, seed, 1, 0..=LARGEST_SEED, seed_is)?,
+            max_steps: count(parameters, "max_steps", 200, 1..=1_000_000, steps_are)? as u32,
+        })
+    }
+
+    fn plan(&self, scenario: &str) -> TestPlan {
+        let TestParameters { episodes, seed, max_steps } = *self;
+        TestPlan { scenario: scenario.to_owned(), episodes, seed, max_steps }
+    }
+}
+
+/// `sim_node oracle`'s output.
+#[derive(serde::Deserialize)]
+struct Oracle {
+    steps: Vec<Option<u32>>,
+}
+
+fn read_oracle(path: &Path) -> anyhow::Result<Vec<Option<u32>>> {
+    let context = || format!("parameter 'oracle': {}", path.display());
+    let text = fs::read_to_string(path).with_context(context)?;
+    let oracle: Oracle = serde_json::from_str(&text).with_context(context)?;
+    Ok(oracle.steps)
+}
+
+/// What a test leaves.
+struct Tested {
+    evaluation: Evaluation,
+    frames: Vec<CaptionedFrame>,
+}
+
+/// Runs a test; `None` if the node shut down before its end.
+fn run_and_sum_up(
+    plan: &TestPlan,
+    network: &QNetwork,
+    room: &mut Simulator,
+    oracle: Option<&[Option<u32>]>,
+) -> anyhow::Result<Option<Tested>> {
+    let mut listener = ConsoleTestListener {
+        console: Console::new("test", plan.episodes, 0),
+        episodes: plan.episodes,
+        escaped: 0,
+        frames: Vec::new(),
+    };
+    let episodes = match run_test(plan, network, room, &mut listener) {
+        Ok(episodes) => episodes,
+        Err(TrainingError::Environment(EnvironmentError::Shutdown)) => return Ok(None),
+        Err(error) => return Err(error.into()),
+    };
+    if oracle.is_some_and(|oracle| oracle.len() != episodes.len()) {
+        warn!("parameter 'oracle' is of another number of episodes: it is left out");
+    }
+    let evaluation = Evaluation::new(plan, &episodes, oracle);
+    let (successes, rate) = (evaluation.successes, 100.0 * evaluation.success_rate);
+    info!("{successes} of {} test episodes escaped: {rate:.1} %", evaluation.episodes);
+    Ok(Some(Tested { evaluation, frames: listener.frames }))
+}
+
+struct ConsoleTestListener {
+    console: Console,
+    episodes: u32,
+    escaped: u32,
+    frames: Vec<CaptionedFrame>,
+}
+
+impl TestListener for ConsoleTestListener {
+    fn step(&mut self, episode: u32, step: u32, image: &Image, decision: &Decision) {
+        // The first image of some episodes, and where the robot goes from there.
+        if step == 0 && self.frames.len() < REPORT_FRAMES {
+            let turn = decision.action.turn_degrees();
+            let caption = format!("test episode {episode}: the policy turns {turn:+}\u{b0}");
+            self.frames.push(CaptionedFrame { image: image.clone(), caption });
+        }
+    }
+
+    fn episode(&mut self, result: &TestEpisode) {
+        self.escaped += u32::from(result.escaped);
+        self.console.test_episode(result.episode + 1, self.episodes, self.escaped, result);
+    }
+}
+
+struct TrainingListener<'a> {
+    console: Console,
+    board: TensorBoard,
+    directory: &'a RunDirectory,
+    statuses: Publisher<TrainingStatus>,
+    checkpoint_interval: u32,
+}
+
+impl Listener for TrainingListener<'_> {
+    fn episode(&mut self, training: &Training) -> anyhow::Result<()> {
+        if let Some(record) = training.progress.records.last() {
+            self.board.record(record, training.progress.total_steps)?;
+        }
+        publish_status(&self.statuses, training);
+        self.console.training_episode(training);
+        let done = training.episode();
+        if done % self.checkpoint_interval == 0 && done < training.plan.episodes {
+            save(self.directory, training)?;
+        }
+        Ok(())
+    }
+}
+
+fn save(directory: &RunDirectory, training: &Training) -> anyhow::Result<()> {
+    directory.write_episodes(&training.progress.records)?;
+    directory.write(RunDirectory::MODEL, &model_bytes(training.learner().network())?)?;
+    // Last, so that a checkpoint never knows less than the files beside it.
+    directory.write(RunDirectory::CHECKPOINT, &training.checkpoint_bytes()?)?;
+    Ok(())
+}
+
+/// The simulator's parameters belong to the record of a run; a robot may have none.
+fn add_simulator_parameters(
+    node: &Node,
+    common: &Common,
+    config: &mut BTreeMap<String, BTreeMap<String, ParameterValue>>,
+) {
+    match node.block_on(common.simulator_parameters.values(PARAMETER_DEADLINE)) {
+        Ok(values) => drop(config.insert(common.simulator.clone(), values)),
+        Err(error) => warn!("config.yaml lacks the parameters of {}: {error}", common.simulator),
+    }
+}
+
+fn report(
+    summary: &Summary,
+    records: &[EpisodeRecord],
+    frames: &[CaptionedFrame],
+) -> anyhow::Result<String> {
+    let run = RunFacts {
+        scenario: &summary.scenario,
+        preset: &summary.preset,
+        seed: summary.seed,
+        episodes: summary.episodes,
+        steps: summary.steps,
+        wall_s: summary.wall_s,
+        steps_per_s: summary.steps_per_s,
+        update_us: (summary.update_us > 0.0).then_some(summary.update_us),
+    };
+    let report = Report { run, records, evaluation: summary.evaluation.as_ref(), frames };
+    Ok(report.to_html()?)
+}

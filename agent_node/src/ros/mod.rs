@@ -1,0 +1,10 @@
+//! The node: the room over DDS, what the node publishes, and its commands.
+
+pub mod commands;
+mod console;
+mod parameters;
+mod publishers;
+mod simulator;
+
+pub use parameters::{model_settings, training_settings};
+pub use simulator::Simulator;

@@ -1,0 +1,191 @@
+//! The node's parameters: every option of the scripts and every number of a preset.
+
+use std::{collections::BTreeMap, path::Path};
+
+use anyhow::{Context, anyhow};
+use ros_runtime::parameters::{
+    Descriptor, FromParameter, ParameterError, ParameterValue, Parameters, read_file_of,
+};
+
+use crate::learning::{
+    exploration::EpsilonDecay,
+    settings::{Preset, Settings},
+};
+
+const SCENARIOS: [&str; 8] = [
+    "empty",
+    "one_cylinder",
+    "two_cylinders",
+    "three_cylinders",
+    "concave",
+    "one_moving",
+    "two_moving",
+    "three_moving",
+];
+
+/// What a parameter is unless somebody says otherwise: as a trained model's config.yaml says, or
+/// else the program.
+#[derive(Debug, Default)]
+pub(super) struct Defaults(BTreeMap<String, ParameterValue>);
+
+impl Defaults {
+    /// Those of a trained model: what its network and its observation are made of.
+    pub(super) fn of_model(directory: &Path) -> anyhow::Result<Defaults> {
+        let file = directory.join("config.yaml");
+        let context = || format!("no trained model in {}", directory.display());
+        Ok(Defaults(read_file_of(&file, "/agent_node").with_context(context)?))
+    }
+
+    fn get<T: FromParameter>(&self, name: &str, default: T) -> T {
+        self.0.get(name).and_then(T::from_value).unwrap_or(default)
+    }
+}
+
+/// Declares a read-only parameter.
+pub(super) fn declare<T: FromParameter>(
+    parameters: &Parameters,
+    name: &str,
+    default: T,
+    description: &str,
+) -> Result<T, ParameterError> {
+    parameters.declare(name, default, Descriptor::read_only(description))
+}
+
+/// Declares a read-only whole number within limits.
+pub(super) fn count(
+    parameters: &Parameters,
+    name: &str,
+    default: u64,
+    limits: std::ops::RangeInclusive<u64>,
+    description: &str,
+) -> Result<u64, ParameterError> {
+    let limits = *limits.start() as f64..=*limits.end() as f64;
+    let descriptor = Descriptor::read_only(description).range(limits);
+    Ok(parameters.declare(name, default as i64, descriptor)? as u64)
+}
+
+fn number(
+    parameters: &Parameters,
+    name: &str,
+    default: f64,
+    limits: std::ops::RangeInclusive<f64>,
+    description: &str,
+) -> Result<f64, ParameterError> {
+    parameters.declare(name, default, Descriptor::read_only(description).range(limits))
+}
+
+/// Declares `scenario`.
+pub(super) fn scenario(
+    parameters: &Parameters,
+    defaults: &Defaults,
+) -> Result<String, ParameterError> {
+    let descriptor = Descriptor::read_only("the scenario of every reset").choices(SCENARIOS);
+    parameters.declare("scenario", defaults.get("scenario", "empty".to_owned()), descriptor)
+}
+
+/// Declares `preset` and what makes the network and the observation.
+pub fn model_settings(parameters: &Parameters) -> anyhow::Result<(Preset, Settings)> {
+    model_settings_from(parameters, &Defaults::default())
+}
+
+pub(super) fn model_settings_from(
+    parameters: &Parameters,
+    defaults: &Defaults,
+) -> anyhow::Result<(Preset, Settings)> {
+    let choices = Descriptor::read_only("a named set of hyperparameters").choices(Preset::ALL);
+    let preset: Preset = parameters
+        .declare("preset", defaults.get("preset", Preset::Paper.to_string()), choices)?
+        .parse()?;
+    let mut settings = preset.settings();
+    let hidden: Vec<i64> = settings.hidden_layers.iter().map(|size| *size as i64).collect();
+    let sizes = Descriptor::read_only("neurons of each hidden layer").range(1.0..=65_536.0);
+    let hidden = defaults.get("hidden_layers", hidden);
+    let hidden = parameters.declare("hidden_layers", hidden, sizes)?;
+    settings.hidden_layers = hidden.into_iter().map(|size| size as usize).collect();
+    Ok((preset, settings))
+}
+
+/// Declares the hyperparameters of a training; each is the preset's unless it is given.
+pub fn training_settings(parameters: &Parameters, preset: Settings) -> anyhow::Result<Settings> {
+    let p = parameters;
+    let Settings { exploration, .. } = preset;
+    let settings = Settings {
+        hidden_layers: preset.hidden_layers,
+        exploration: EpsilonDecay {
+            minimum: number(p, "epsilon_min", exploration.minimum, 0.0..=1.0, "eq. 4")?,
+            maximum: number(p, "epsilon_max", exploration.maximum, 0.0..=1.0, "eq. 4")?,
+            fraction: number(
+                p,
+                "exploration_fraction",
+                exploration.fraction,
+                1e-6..=1e6,
+                "P of eq. 4: the share of the episodes after which epsilon is about its minimum",
+            )?,
+        },
+        memory_capacity: count(
+            p,
+            "memory_capacity",
+            preset.memory_capacity as u64,
+            1..=10_000_000,
+            "how many experiences the replay memory keeps; the oldest goes first",
+        )? as usize,
+        batch_size: count(
+            p,
+            "batch_size",
+            preset.batch_size as u64,
+            1..=65_536,
+            "how many different experiences an update is made from",
+        )? as usize,
+        planning_steps: count(
+            p,
+            "planning_steps",
+            preset.planning_steps as u64,
+            0..=1_000,
+            "Dyna-Q's n: updates per step",
+        )? as usize,
+        discount: number(p, "discount", f64::from(preset.discount), 0.0..=1.0, "gamma")? as f32,
+        learning_rate: number(
+            p,
+            "learning_rate",
+            preset.learning_rate,
+            0.0..=1.0,
+            "alpha, the step size of Adam",
+        )?,
+        adam_beta1: number(
+            p,
+            "adam_beta1",
+            preset.adam_beta1,
+            0.0..=0.999_999,
+            "decay of Adam's mean of the gradients",
+        )?,
+        adam_beta2: number(
+            p,
+            "adam_beta2",
+            preset.adam_beta2,
+            0.0..=0.999_999,
+            "decay of Adam's mean of the squared gradients",
+        )?,
+        adam_epsilon: number(
+            p,
+            "adam_epsilon",
+            preset.adam_epsilon,
+            0.0..=1.0,
+            "what keeps Adam from dividing by zero",
+        )?,
+        target_update: number(
+            p,
+            "target_update",
+            f64::from(preset.target_update),
+            0.0..=1.0,
+            "tau of eq. 6",
+        )? as f32,
+    };
+    if settings.batch_size > settings.memory_capacity {
+        return Err(anyhow!(
+            "parameter 'batch_size' is {}: expected at most memory_capacity, {}",
+            settings.batch_size,
+            settings.memory_capacity
+        ));
+    }
+    Ok(settings)
+}

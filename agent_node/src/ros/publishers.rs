@@ -1,0 +1,36 @@
+//! What the agent says about its training.
+
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use evac_msgs::{Header, Time, TrainingStatus};
+use ros_runtime::Publisher;
+
+use super::console::recent_success;
+use crate::learning::training::Training;
+
+/// Publishes `training_status` after each episode.
+pub(super) fn publish_status(publisher: &Publisher<TrainingStatus>, training: &Training) {
+    let Some(record) = training.progress.records.last() else {
+        return;
+    };
+    publisher.publish_with(|| TrainingStatus {
+        header: Header { stamp: now(), ..Header::default() },
+        episode: record.episode,
+        episodes: training.plan.episodes,
+        steps: record.steps,
+        total_steps: training.progress.total_steps,
+        episode_return: record.episode_return,
+        epsilon: record.epsilon as f32,
+        // NaN says "no update yet".
+        loss: record.loss.map_or(f32::NAN, |loss| loss as f32),
+        steps_per_s: training.steps_per_s() as f32,
+        success_rate: recent_success(&training.progress.records) as f32,
+    });
+}
+
+fn now() -> Time {
+    let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    // builtin_interfaces/Time ends in 2038.
+    let sec = i32::try_from(since_epoch.as_secs()).unwrap_or(i32::MAX);
+    Time { sec, nanosec: since_epoch.subsec_nanos() }
+}

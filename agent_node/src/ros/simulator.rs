@@ -1,0 +1,231 @@
+//! The room over DDS: the services `reset` and `step` of a simulator, as an [`Environment`].
+//!
+//! Messages are lost and simulators are restarted; training must not notice. A lost answer is asked
+//! for again, which the simulator recognises by the numbers of episode and step. A restarted
+//! simulator knows nothing of the episode, but with a seeded reset a room is a function of the seed
+//! and the actions so far: repeating both brings it back to the very same state.
+
+use std::{num::NonZeroU64, time::Duration};
+
+use evac_msgs::{ActionCommand, Header, QValues, Reset, Step as StepService, reset, status, step};
+use log::{info, warn};
+use rand::Rng;
+use ros_runtime::{
+    Node, Publisher,
+    node::{NodeError, reliable},
+    service::ServiceClient,
+};
+
+use crate::{
+    environment::{Environment, EnvironmentError, Step},
+    learning::{action::Action, dyna_q::Decision, image::Image},
+};
+
+/// The simulator as its clients see it.
+pub struct Simulator<'a> {
+    node: &'a Node,
+    connection: Connection,
+    deadline: Option<Duration>,
+    /// The number of the latest reset request. It starts at random, so that this client's numbers
+    /// are nobody else's.
+    request: u64,
+    episode: Option<Episode>,
+}
+
+/// The clients and publishers of the room.
+pub struct Connection {
+    reset: ServiceClient<Reset>,
+    step: ServiceClient<StepService>,
+    actions: Publisher<ActionCommand>,
+    q_values: Publisher<QValues>,
+}
+
+/// The episode under way: everything that is needed to repeat it.
+struct Episode {
+    number: u64,
+    seed: NonZeroU64,
+    scenario: String,
+    actions: Vec<Action>,
+    image: Image,
+    /// Of the latest image; what the agent publishes about it carries the same.
+    header: Header,
+}
+
+impl Connection {
+    /// Makes the clients and publishers.
+    pub fn new(node: &mut Node) -> Result<Connection, NodeError> {
+        Ok(Connection {
+            reset: node.create_client::<Reset>("reset")?,
+            step: node.create_client::<StepService>("step")?,
+            actions: node.create_publisher("action", reliable(1))?,
+            q_values: node.create_publisher("q_values", reliable(10))?,
+        })
+    }
+}
+
+impl<'a> Simulator<'a> {
+    /// A simulator that must answer each call within the deadline, if there is one.
+    pub fn new(
+        node: &'a Node,
+        connection: Connection,
+        deadline: Option<Duration>,
+    ) -> Simulator<'a> {
+        let request = u64::from(rand::rng().next_u32()) << 32;
+        if !connection.reset.is_ready() {
+            info!("waiting for the simulator's service {}", connection.reset.name());
+        }
+        Simulator { node, connection, deadline, request, episode: None }
+    }
+
+    fn call_reset(
+        &mut self,
+        seed: NonZeroU64,
+        scenario: &str,
+    ) -> Result<(u64, Header, Image), EnvironmentError> {
+        self.request += 1;
+        let request = reset::Request {
+            request: self.request,
+            seed: seed.get(),
+            scenario: scenario.to_owned(),
+        };
+        let answer = self.node.block_on(self.connection.reset.call(request, self.deadline));
+        let response = answer.map_err(unreachable)?;
+        match response.status {
+            status::OK => {
+                let image = image(&response.image)?;
+                Ok((response.episode, response.image.header, image))
+            }
+            status::SUPERSEDED => Err(EnvironmentError::TakenOver(response.message)),
+            other => Err(refused(other, response.message)),
+        }
+    }
+
+    fn call_step(
+        &self,
+        episode: u64,
+        step: u32,
+        action: Action,
+    ) -> Result<step::Response, EnvironmentError> {
+        let request = step::Request { episode, step, action: action.index() };
+        let answer = self.node.block_on(self.connection.step.call(request, self.deadline));
+        answer.map_err(unreachable)
+    }
+
+    /// Brings a restarted simulator to where the episode was. Returns false if it was restarted
+    /// again meanwhile.
+    fn repeat_episode(&mut self, episode: &mut Episode) -> Result<bool, EnvironmentError> {
+        let (number, header, mut shown) = self.call_reset(episode.seed, &episode.scenario)?;
+        let mut latest = header;
+        for (index, action) in episode.actions.iter().enumerate() {
+            let response = self.call_step(number, index as u32 + 1, *action)?;
+            match response.status {
+                status::OK => shown = image(&response.image)?,
+                status::SIMULATOR_RESTARTED => return Ok(false),
+                status::SUPERSEDED => return Err(EnvironmentError::TakenOver(response.message)),
+                other => return Err(refused(other, response.message)),
+            }
+            latest = response.image.header;
+        }
+        if shown != episode.image {
+            let step = episode.actions.len() as u32;
+            return Err(EnvironmentError::NotRepeatable { step, seed: episode.seed.get() });
+        }
+        (episode.number, episode.header) = (number, latest);
+        Ok(true)
+    }
+
+    fn publish(&self, episode: &Episode, decision: &Decision) {
+        let action = decision.action.index();
+        self.connection.actions.publish_with(|| ActionCommand {
+            header: Header { stamp: episode.header.stamp, ..Header::default() },
+            action,
+            sent_by_service: true,
+        });
+        self.connection.q_values.publish_with(|| QValues {
+            header: episode.header.clone(),
+            values: decision.values,
+            action,
+            explored: decision.explored,
+        });
+    }
+
+    fn step_of(
+        &mut self,
+        episode: &mut Episode,
+        decision: &Decision,
+    ) -> Result<Step, EnvironmentError> {
+        let number = episode.actions.len() as u32 + 1;
+        let response = loop {
+            let response = self.call_step(episode.number, number, decision.action)?;
+            match response.status {
+                status::OK => break response,
+                status::SIMULATOR_RESTARTED => {
+                    warn!("the simulator was restarted: repeating {} steps", number - 1);
+                    while !self.repeat_episode(episode)? {}
+                }
+                status::SUPERSEDED => return Err(EnvironmentError::TakenOver(response.message)),
+                other => return Err(refused(other, response.message)),
+            }
+        };
+        self.publish(episode, decision);
+        episode.actions.push(decision.action);
+        episode.image = image(&response.image)?;
+        episode.header = response.image.header;
+        Ok(Step {
+            image: episode.image.clone(),
+            reward: response.reward,
+            terminated: response.terminated,
+            truncated: response.truncated,
+            blocked: response.blocked,
+        })
+    }
+}
+
+impl Environment for Simulator<'_> {
+    fn reset(&mut self, seed: NonZeroU64, scenario: &str) -> Result<Image, EnvironmentError> {
+        let (number, header, image) = self.call_reset(seed, scenario)?;
+        self.episode = Some(Episode {
+            number,
+            seed,
+            scenario: scenario.to_owned(),
+            actions: Vec::new(),
+            image: image.clone(),
+            header,
+        });
+        Ok(image)
+    }
+
+    fn step(&mut self, decision: &Decision) -> Result<Step, EnvironmentError> {
+        let Some(mut episode) = self.episode.take() else {
+            return Err(EnvironmentError::Refused("a step before the first reset".into()));
+        };
+        let result = self.step_of(&mut episode, decision);
+        self.episode = Some(episode);
+        result
+    }
+}
+
+fn unreachable(error: ros_runtime::service::CallError) -> EnvironmentError {
+    match error {
+        ros_runtime::service::CallError::Shutdown => EnvironmentError::Shutdown,
+        other => EnvironmentError::Unreachable(other),
+    }
+}
+
+fn refused(code: u8, message: String) -> EnvironmentError {
+    EnvironmentError::Refused(format!("{}: {message}", status::name(code)))
+}
+
+/// The image of a message, if it is one of the camera that the networks know.
+fn image(message: &evac_msgs::Image) -> Result<Image, EnvironmentError> {
+    let (width, height, encoding) = (message.width, message.height, message.encoding.as_str());
+    if (width, height, encoding, message.step) != (20, 7, "rgb8", 60) {
+        return Err(EnvironmentError::BadImage(format!(
+            "an image of {width} x {height} pixels, encoding '{encoding}', {} bytes a row: expected \
+             20 x 7, rgb8, 60",
+            message.step
+        )));
+    }
+    Image::try_from(message.data.as_slice())
+        .map_err(|error| EnvironmentError::BadImage(error.to_string()))
+}

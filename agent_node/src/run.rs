@@ -1,0 +1,149 @@
+//! The directory of a run: every file appears whole or not at all.
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    io::Write,
+    path::{Path, PathBuf},
+};
+
+use ros_runtime::parameters::ParameterValue;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::learning::{evaluation::Evaluation, record::EpisodeRecord};
+
+/// A directory that a training or a test leaves its files in.
+#[derive(Clone, Debug)]
+pub struct RunDirectory {
+    path: PathBuf,
+}
+
+/// Why a file was not written; what was there before is still there.
+#[derive(Debug, Error)]
+#[error("could not write {path}: {reason}")]
+pub struct WriteError {
+    path: PathBuf,
+    reason: String,
+}
+
+/// `summary.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// The scenario of the training.
+    pub scenario: String,
+    /// The preset.
+    pub preset: String,
+    /// The seed of the run.
+    pub seed: u64,
+    /// Training episodes.
+    pub episodes: u32,
+    /// Steps of all of them.
+    pub steps: u64,
+    /// From the first reset request to the last update, in seconds.
+    pub wall_s: f64,
+    /// `steps / wall_s`
+    pub steps_per_s: f64,
+    /// Mean time of an update in microseconds.
+    pub update_us: f64,
+    /// The test of the trained policy.
+    pub evaluation: Option<Evaluation>,
+}
+
+impl RunDirectory {
+    /// Names of the files that make a directory a training's.
+    pub const CHECKPOINT: &str = "checkpoint.safetensors";
+    /// The weights alone.
+    pub const MODEL: &str = "model.safetensors";
+    /// Every resolved parameter of both nodes.
+    pub const CONFIG: &str = "config.yaml";
+
+    /// A directory as it is; it is made if it does not exist.
+    pub fn open(path: &Path) -> Result<RunDirectory, WriteError> {
+        fs::create_dir_all(path).map_err(|error| write_error(path, error))?;
+        Ok(RunDirectory { path: path.to_owned() })
+    }
+
+    /// An empty directory. What an earlier run left there is kept under another name, which is
+    /// returned.
+    pub fn create(path: &Path) -> Result<(RunDirectory, Option<PathBuf>), WriteError> {
+        let mut kept = None;
+        if path.join(RunDirectory::CHECKPOINT).exists() || path.join(RunDirectory::CONFIG).exists()
+        {
+            let aside = (1..)
+                .map(|number| PathBuf::from(format!("{}.{number}", path.display())))
+                .find(|candidate| !candidate.exists())
+                .expect("there are more numbers than directories");
+            fs::rename(path, &aside).map_err(|error| write_error(&aside, error))?;
+            kept = Some(aside);
+        }
+        Ok((RunDirectory::open(path)?, kept))
+    }
+
+    /// The path of a file of the run.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// Writes a file: a temporary one beside it first, which then takes its name.
+    pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), WriteError> {
+        let path = self.file(name);
+        let write = || -> std::io::Result<()> {
+            let mut file = tempfile::Builder::new().prefix(name).tempfile_in(&self.path)?;
+            file.write_all(bytes)?;
+            file.as_file().sync_all()?;
+            // A temporary file is private; this one is for everybody that may read the directory.
+            #[cfg(unix)]
+            {
+                use std::os::unix::fs::PermissionsExt;
+                file.as_file().set_permissions(fs::Permissions::from_mode(0o644))?;
+            }
+            file.persist(&path)?;
+            // The name is part of the directory, which has to reach the disk, too.
+            fs::File::open(&self.path)?.sync_all()
+        };
+        write().map_err(|error| write_error(&path, error))
+    }
+
+    /// Writes a value as indented JSON.
+    pub fn write_json(&self, name: &str, value: &impl Serialize) -> Result<(), WriteError> {
+        let json =
+            serde_json::to_vec_pretty(value).map_err(|e| write_error(&self.file(name), e))?;
+        self.write(name, &[json, b"\n".to_vec()].concat())
+    }
+
+    /// Writes `episodes.csv`.
+    pub fn write_episodes(&self, records: &[EpisodeRecord]) -> Result<(), WriteError> {
+        const NAME: &str = "episodes.csv";
+        let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
+        let columns = ["episode", "steps", "return", "epsilon", "loss", "blocked", "terminated"];
+        let mut write = || -> csv::Result<()> {
+            writer.write_record(columns)?;
+            records.iter().try_for_each(|record| writer.serialize(record))
+        };
+        write().map_err(|error| write_error(&self.file(NAME), error))?;
+        let bytes = writer.into_inner().map_err(|error| write_error(&self.file(NAME), error))?;
+        self.write(NAME, &bytes)
+    }
+
+    /// Writes `config.yaml`: the parameters of several nodes, as a file for `--params-file`.
+    pub fn write_config(
+        &self,
+        nodes: &BTreeMap<String, BTreeMap<String, ParameterValue>>,
+    ) -> Result<(), WriteError> {
+        let sections: BTreeMap<String, BTreeMap<&str, &BTreeMap<String, ParameterValue>>> = nodes
+            .iter()
+            // In whatever namespace the nodes stand.
+            .map(|(node, values)| {
+                (format!("/**/{node}"), BTreeMap::from([("ros__parameters", values)]))
+            })
+            .collect();
+        let path = self.file(RunDirectory::CONFIG);
+        let yaml = serde_saphyr::to_string(&sections).map_err(|error| write_error(&path, error))?;
+        self.write(RunDirectory::CONFIG, yaml.as_bytes())
+    }
+}
+
+fn write_error(path: &Path, reason: impl ToString) -> WriteError {
+    WriteError { path: path.to_owned(), reason: reason.to_string() }
+}

@@ -1,0 +1,163 @@
+//! The ROS part of a command line.
+//!
+//! `node own arguments --ros-args -r from:=to -p name:=value -- more own arguments`: what stands
+//! between `--ros-args` and `--` (or the end) is ROS's, everything else the program's. There may be
+//! several such blocks. The grammar is rcl's (`rcl/arguments.h`).
+
+use std::path::PathBuf;
+
+use log::LevelFilter;
+use thiserror::Error;
+
+use crate::{
+    logging::parse_level,
+    names::{Remap, RemapError},
+    parameters::{Override, OverrideError},
+};
+
+/// A command line, taken apart.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Arguments {
+    /// The program's own arguments, its name first.
+    pub program: Vec<String>,
+    /// `-r`, in the order given: the first that matches wins.
+    pub remaps: Vec<Remap>,
+    /// `-p`, in the order given: the last one wins.
+    pub overrides: Vec<Override>,
+    /// `--params-file`, in the order given: the last one wins, and `-p` wins over all files.
+    pub parameter_files: Vec<PathBuf>,
+    /// `--log-level LEVEL`, for every logger without one of its own.
+    pub log_level: Option<LevelFilter>,
+    /// `--log-level LOGGER:=LEVEL`.
+    pub logger_levels: Vec<(String, LevelFilter)>,
+}
+
+/// Why a command line is not one of ROS's.
+#[derive(Debug, Error, PartialEq)]
+pub enum ArgumentsError {
+    /// A flag at the end of its block.
+    #[error("'{flag}' needs a value: {flag} {example}")]
+    MissingValue {
+        /// The flag.
+        flag: String,
+        /// What would be right.
+        example: &'static str,
+    },
+    /// A flag that ROS does not have.
+    #[error(
+        "unknown ROS argument '{0}': between --ros-args and -- there may be -r, -p, --params-file, \
+         --log-level and -e"
+    )]
+    Unknown(String),
+    /// A remapping that is none.
+    #[error(transparent)]
+    Remap(#[from] RemapError),
+    /// A parameter override that is none.
+    #[error(transparent)]
+    Override(#[from] OverrideError),
+    /// A level that ROS does not have.
+    #[error("unknown log level '{0}': expected debug, info, warn, error or fatal")]
+    LogLevel(String),
+    /// Enclaves are part of SROS2.
+    #[error("--enclave '{0}': this build has no security, so it cannot join an enclave")]
+    Enclave(String),
+}
+
+impl Arguments {
+    /// Takes the ROS arguments off a command line; the first item is the program's name.
+    pub fn parse(
+        command_line: impl IntoIterator<Item = String>,
+    ) -> Result<Arguments, ArgumentsError> {
+        let mut arguments = Arguments::default();
+        let mut items = command_line.into_iter();
+        let mut in_block = false;
+        while let Some(item) = items.next() {
+            match (in_block, item.as_str()) {
+                (_, "--ros-args") => in_block = true,
+                (true, "--") => in_block = false,
+                (true, _) => arguments.parse_flag(item, &mut items)?,
+                (false, _) => arguments.program.push(item),
+            }
+        }
+        Ok(arguments)
+    }
+
+    fn parse_flag(
+        &mut self,
+        flag: String,
+        rest: &mut impl Iterator<Item = String>,
+    ) -> Result<(), ArgumentsError> {
+        let mut value = |example| {
+            rest.next()
+                .filter(|value| value != "--")
+                .ok_or_else(|| ArgumentsError::MissingValue { flag: flag.clone(), example })
+        };
+        match flag.as_str() {
+            "-r" | "--remap" => self.remaps.push(value("from:=to")?.parse()?),
+            "-p" | "--param" => self.overrides.push(value("name:=value")?.parse()?),
+            "--params-file" => self.parameter_files.push(value("FILE.yaml")?.into()),
+            "--log-level" => self.parse_log_level(&value("info")?)?,
+            "-e" | "--enclave" => return Err(ArgumentsError::Enclave(value("/enclave")?)),
+            // What launch files may pass and what does not change anything here.
+            "--enable-rosout-logs" | "--enable-stdout-logs" | "--enable-external-lib-logs" => {}
+            _ => return Err(ArgumentsError::Unknown(flag)),
+        }
+        Ok(())
+    }
+
+    fn parse_log_level(&mut self, value: &str) -> Result<(), ArgumentsError> {
+        let level =
+            |name: &str| parse_level(name).ok_or_else(|| ArgumentsError::LogLevel(name.to_owned()));
+        match value.split_once(":=") {
+            Some((logger, name)) => self.logger_levels.push((logger.to_owned(), level(name)?)),
+            None => self.log_level = Some(level(value)?),
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parameters::ParameterValue;
+
+    fn parse(line: &str) -> Result<Arguments, ArgumentsError> {
+        Arguments::parse(line.split_whitespace().map(str::to_owned))
+    }
+
+    #[test]
+    fn ros_arguments_are_taken_off_wherever_they_stand() {
+        let arguments = parse(
+            "node train --ros-args -p episodes:=5 -r __ns:=/one -- --verbose --ros-args -p x:=1.5",
+        )
+        .unwrap();
+        assert_eq!(arguments.program, ["node", "train", "--verbose"]);
+        assert_eq!(arguments.overrides.len(), 2);
+        assert_eq!(arguments.overrides[0].value, ParameterValue::Integer(5));
+        assert_eq!(arguments.overrides[1].value, ParameterValue::Double(1.5));
+        assert_eq!(arguments.remaps.len(), 1);
+    }
+
+    #[test]
+    fn levels_are_global_or_of_one_logger() {
+        let arguments = parse("n --ros-args --log-level warn --log-level rustdds:=DEBUG").unwrap();
+        assert_eq!(arguments.log_level, Some(LevelFilter::Warn));
+        assert_eq!(arguments.logger_levels, [("rustdds".to_owned(), LevelFilter::Debug)]);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        for (line, expected) in [
+            ("n --ros-args -r", "'-r' needs a value: -r from:=to"),
+            ("n --ros-args -p --", "'-p' needs a value: -p name:=value"),
+            ("n --ros-args --nonsense", "unknown ROS argument '--nonsense'"),
+            ("n --ros-args --log-level loud", "unknown log level 'loud'"),
+            ("n --ros-args -r abc", "couldn't parse the remapping 'abc'"),
+            ("n --ros-args -p abc", "couldn't parse the parameter override 'abc'"),
+            ("n --ros-args -e /x", "this build has no security"),
+        ] {
+            let message = parse(line).unwrap_err().to_string();
+            assert!(message.contains(expected), "{line}: {message}");
+        }
+    }
+}

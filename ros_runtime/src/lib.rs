@@ -1,0 +1,33 @@
+//! What a ROS 2 node needs and ros2-client leaves out.
+//!
+//! [ros2-client](https://crates.io/crates/ros2-client) brings nodes, topics and services over DDS.
+//! A node that is started beside rclcpp and rclpy nodes needs more, and finds it here, layer by
+//! layer; each is usable alone:
+//!
+//! - [`arguments`]: `--ros-args` with remappings, parameter overrides, files and log levels, taken
+//!   off the command line before the program parses what is its own.
+//! - [`discovery`]: `ROS_DOMAIN_ID`, `ROS_AUTOMATIC_DISCOVERY_RANGE`, `ROS_LOCALHOST_ONLY`: which
+//!   domain a participant joins, and on which networks.
+//! - [`names`]: relative and private names, namespaces and remapping.
+//! - [`parameters`]: typed declaration with descriptions and ranges, files in YAML, the services
+//!   that `ros2 param` talks to.
+//! - [`logging`]: the console in ROS's format, and `/rosout`.
+//! - [`node`]: a node with its publishers, subscriptions and services; a publisher knows whether
+//!   anybody reads, so that nothing is serialised for nobody.
+//! - [`service`]: a client that repeats a request until its deadline, because one datagram may be
+//!   lost and a server cannot know whether its answer is heard.
+//! - [`shutdown`]: SIGINT and SIGTERM as something that blocking and asynchronous code can ask for.
+
+pub mod arguments;
+pub mod discovery;
+mod graph;
+pub mod logging;
+pub mod names;
+pub mod node;
+pub mod parameters;
+pub mod service;
+pub mod shutdown;
+
+pub use arguments::Arguments;
+pub use node::{Node, Publisher};
+pub use shutdown::Shutdown;

@@ -1,0 +1,192 @@
+//! Logging: the `log` crate's records on the console in ROS's format, and on `/rosout`.
+//!
+//! What this project's own crates say is the node's and goes to both. Libraries speak on the
+//! console only, and by default only when something is wrong: their warnings are about the wire
+//! and come by the thousand. `--log-level rustdds:=debug` opens one of them.
+
+use std::{
+    io::Write,
+    sync::{Mutex, OnceLock},
+    time::{SystemTime, UNIX_EPOCH},
+};
+
+use log::{Level, LevelFilter, Log, Metadata, Record};
+use ros2_client::{NodeLoggingHandle, RosoutRaw, builtin_interfaces::Time, log::LogLevel};
+
+use crate::arguments::Arguments;
+
+static LOGGER: OnceLock<Logger> = OnceLock::new();
+
+struct Logger {
+    /// The ROS logger's name: the node's.
+    name: String,
+    level: LevelFilter,
+    /// Levels by the beginning of a record's target.
+    levels: Vec<(String, LevelFilter)>,
+    outputs: Mutex<Outputs>,
+}
+
+#[derive(Default)]
+struct Outputs {
+    rosout: Option<NodeLoggingHandle>,
+    console: Option<Console>,
+}
+
+/// Writes a line where a progress bar stands: the bar steps aside.
+type Console = Box<dyn Fn(&str) + Send>;
+
+/// The crates whose records are the node's own.
+const OWN: [&str; 3] = ["sim_node", "agent_node", "ros_runtime"];
+
+/// A ROS level's name, in any case; `fatal` is no level of the `log` crate and means `error`.
+pub(crate) fn parse_level(name: &str) -> Option<LevelFilter> {
+    Some(match name.to_ascii_lowercase().as_str() {
+        "debug" => LevelFilter::Debug,
+        "info" => LevelFilter::Info,
+        "warn" => LevelFilter::Warn,
+        "error" | "fatal" => LevelFilter::Error,
+        _ => return None,
+    })
+}
+
+/// Starts logging under a node's name. The first call of a process counts.
+pub fn start(name: &str, arguments: &Arguments) {
+    let level = arguments.log_level.unwrap_or(LevelFilter::Info);
+    let logger = LOGGER.get_or_init(|| Logger {
+        name: name.to_owned(),
+        level,
+        levels: arguments.logger_levels.clone(),
+        outputs: Mutex::default(),
+    });
+    // Fails where somebody set a logger before, as a test's harness may: then that one stays.
+    if log::set_logger(logger).is_ok() {
+        let loudest = arguments.logger_levels.iter().map(|(_, level)| *level).max();
+        log::set_max_level(loudest.unwrap_or(level).max(level));
+    }
+}
+
+/// From now on the node's records go to `/rosout`, too.
+pub(crate) fn publish_to(rosout: NodeLoggingHandle) {
+    with_outputs(|outputs| outputs.rosout = Some(rosout));
+}
+
+/// No record goes to `/rosout` any more: its writer keeps the DDS participant alive.
+pub(crate) fn stop_publishing() {
+    with_outputs(|outputs| outputs.rosout = None);
+}
+
+/// From now on the console is written through this function, as a progress bar needs it.
+pub fn write_console_through(console: impl Fn(&str) + Send + 'static) {
+    with_outputs(|outputs| outputs.console = Some(Box::new(console)));
+}
+
+fn with_outputs(change: impl FnOnce(&mut Outputs)) {
+    if let Some(logger) = LOGGER.get() {
+        change(&mut logger.lock());
+    }
+}
+
+impl Logger {
+    fn lock(&self) -> std::sync::MutexGuard<'_, Outputs> {
+        self.outputs.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+
+    fn level_of(&self, target: &str) -> LevelFilter {
+        let root = target.split("::").next().unwrap_or(target);
+        let own = OWN.contains(&root);
+        let named = self.levels.iter().rev().find(|(logger, _)| {
+            target.starts_with(logger.as_str()) || (own && *logger == self.name)
+        });
+        match named {
+            Some((_, level)) => *level,
+            None if own => self.level,
+            None => LevelFilter::Error.min(self.level),
+        }
+    }
+}
+
+impl Log for Logger {
+    fn enabled(&self, metadata: &Metadata) -> bool {
+        metadata.level() <= self.level_of(metadata.target())
+    }
+
+    fn log(&self, record: &Record) {
+        if !self.enabled(record.metadata()) {
+            return;
+        }
+        let own = OWN.contains(&record.target().split("::").next().unwrap_or_default());
+        let name = if own { self.name.as_str() } else { record.target() };
+        let message = record.args().to_string();
+        let line = console_line(record.level(), SystemTime::now(), name, &message);
+        let outputs = self.lock();
+        match &outputs.console {
+            Some(console) => console(&line),
+            // A closed console is no reason to stop.
+            None => drop(writeln!(std::io::stderr(), "{line}")),
+        }
+        if let (true, Some(rosout)) = (own, &outputs.rosout) {
+            rosout.rosout_raw(
+                Time::now(),
+                rosout_level(record.level()),
+                name,
+                &message,
+                record.file().unwrap_or_default(),
+                record.module_path().unwrap_or_default(),
+                record.line().unwrap_or_default(),
+            );
+        }
+    }
+
+    fn flush(&self) {}
+}
+
+fn rosout_level(level: Level) -> LogLevel {
+    match level {
+        Level::Error => LogLevel::Error,
+        Level::Warn => LogLevel::Warn,
+        Level::Info => LogLevel::Info,
+        Level::Debug | Level::Trace => LogLevel::Debug,
+    }
+}
+
+/// `[INFO] [1700000000.123456789] [sim_node]: message`, rcutils' default format.
+fn console_line(level: Level, now: SystemTime, name: &str, message: &str) -> String {
+    let since_epoch = now.duration_since(UNIX_EPOCH).unwrap_or_default();
+    let (seconds, nanoseconds) = (since_epoch.as_secs(), since_epoch.subsec_nanos());
+    format!("[{level}] [{seconds}.{nanoseconds:09}] [{name}]: {message}")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    fn logger(level: LevelFilter, levels: &[(&str, LevelFilter)]) -> Logger {
+        Logger {
+            name: "sim_node".to_owned(),
+            level,
+            levels: levels.iter().map(|(name, level)| (name.to_string(), *level)).collect(),
+            outputs: Mutex::default(),
+        }
+    }
+
+    #[test]
+    fn the_format_is_that_of_ros() {
+        let time = UNIX_EPOCH + Duration::new(1_700_000_000, 42);
+        let line = console_line(Level::Info, time, "sim_node", "hello");
+        assert_eq!(line, "[INFO] [1700000000.000000042] [sim_node]: hello");
+    }
+
+    #[test]
+    fn libraries_are_quiet_unless_asked() {
+        let quiet = logger(LevelFilter::Info, &[]);
+        assert_eq!(quiet.level_of("sim_node::ros"), LevelFilter::Info);
+        assert_eq!(quiet.level_of("rustdds::rtps"), LevelFilter::Error);
+        let open = logger(LevelFilter::Warn, &[("rustdds", LevelFilter::Debug)]);
+        assert_eq!(open.level_of("rustdds::rtps"), LevelFilter::Debug);
+        assert_eq!(open.level_of("ros_runtime::node"), LevelFilter::Warn);
+        let by_name = logger(LevelFilter::Info, &[("sim_node", LevelFilter::Error)]);
+        assert_eq!(by_name.level_of("ros_runtime::node"), LevelFilter::Error);
+    }
+}

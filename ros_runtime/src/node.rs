@@ -1,0 +1,276 @@
+//! A node: its name, its parameters, and what it publishes, hears, serves and asks.
+
+use std::future::Future;
+
+use evac_msgs::{RosMessage, RosService};
+use log::debug;
+use ros2_client::{
+    Context, Message, Name, NodeName, NodeOptions, Server, ServiceMapping, ServiceTypeName,
+    Subscription,
+    error::WriteError,
+    qos::{Durability, History, QosProfile, WhenFull},
+};
+use thiserror::Error;
+use tokio::{runtime::Runtime, sync::watch};
+
+use crate::{
+    arguments::Arguments,
+    discovery::{Discovery, DiscoveryError},
+    graph::Graph,
+    logging,
+    names::{InvalidName, Naming},
+    parameters::{ParameterFileError, ParameterServices, Parameters},
+    service::ServiceClient,
+    shutdown::Shutdown,
+};
+
+/// Why a node cannot be made, or not have one of its topics or services.
+#[derive(Debug, Error)]
+pub enum NodeError {
+    /// The environment is wrong, or DDS does not start.
+    #[error(transparent)]
+    Discovery(#[from] DiscoveryError),
+    /// A name is none.
+    #[error(transparent)]
+    Name(#[from] InvalidName),
+    /// A parameter file cannot be used.
+    #[error(transparent)]
+    ParameterFile(#[from] ParameterFileError),
+    /// The operating system refuses threads or signals.
+    #[error("could not start the node's runtime: {0}")]
+    Runtime(#[from] std::io::Error),
+    /// DDS refuses an endpoint.
+    #[error("could not create {what}: {reason}")]
+    Endpoint {
+        /// The node, topic or service.
+        what: String,
+        /// What DDS says.
+        reason: String,
+    },
+}
+
+/// Reliable, volatile, the last `depth` samples. A publisher never waits for a slow reader: if the
+/// send window (8,192 samples) is full, the new sample is dropped and said so at debug level.
+pub fn reliable(depth: usize) -> QosProfile {
+    QosProfile::publisher_default()
+        .history(History::KeepLast { depth })
+        .reliability_reliable(WhenFull::Fail)
+}
+
+/// As [`reliable`], and who comes late still gets the last `depth` samples.
+pub fn latched(depth: usize) -> QosProfile {
+    reliable(depth).durability(Durability::TransientLocal)
+}
+
+/// rmw's profile for services: reliable, volatile, the last 10.
+fn services() -> QosProfile {
+    QosProfile::publisher_default().history(History::KeepLast { depth: 10 })
+}
+
+/// A ROS 2 node.
+pub struct Node {
+    // The order is that of dropping: tasks end before the endpoints that they use.
+    runtime: Runtime,
+    node: ros2_client::Node,
+    context: Context,
+    naming: Naming,
+    parameters: Parameters,
+    graph: Graph,
+    shutdown: Shutdown,
+}
+
+impl Node {
+    /// Starts a node: logging, signals, its place in the DDS domain.
+    ///
+    /// `default_name` is the node's name unless `-r __node:=` gives it another.
+    pub fn new(default_name: &str, arguments: &Arguments) -> Result<Node, NodeError> {
+        let naming = Naming::new(default_name, &arguments.remaps)?;
+        // rcl names a node's logger by its dotted full name.
+        let logger = naming.fully_qualified().trim_start_matches('/').replace('/', ".");
+        logging::start(&logger, arguments);
+        let parameters = Parameters::new(&naming, arguments)?;
+        let participant = Discovery::from_environment()?.participant()?;
+        // One thread for signals, timers, the graph and the parameter services.
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .worker_threads(1)
+            .thread_name("ros_runtime")
+            .enable_all()
+            .build()?;
+        let shutdown = Shutdown::default();
+        shutdown.listen_to_signals(runtime.handle())?;
+        let graph = Graph::default();
+        runtime.spawn(graph.clone().follow(participant.clone()));
+
+        let what = format!("the node {}", naming.fully_qualified());
+        let context = Context::from_domain_participant(participant).map_err(endpoint(&what))?;
+        let name = NodeName::new(&naming.namespace, &naming.node).map_err(endpoint(&what))?;
+        // The parameter services of ros2-client live in its Spinner; ours are below.
+        let options = NodeOptions::new().enable_rosout(true).start_parameter_services(false);
+        let node = context.new_node(name, options).map_err(endpoint(&what))?;
+        logging::publish_to(node.logging_handle());
+        Ok(Node { runtime, node, context, naming, parameters, graph, shutdown })
+    }
+
+    /// The node's name and remappings.
+    pub fn naming(&self) -> &Naming {
+        &self.naming
+    }
+
+    /// The node's parameters.
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// The request that the node end.
+    pub fn shutdown(&self) -> &Shutdown {
+        &self.shutdown
+    }
+
+    /// Runs a future on this thread; timers and signals go on beside it.
+    pub fn block_on<T>(&self, work: impl Future<Output = T>) -> T {
+        self.runtime.block_on(work)
+    }
+
+    /// A publisher on a topic.
+    pub fn create_publisher<M: RosMessage>(
+        &mut self,
+        topic: &str,
+        qos: QosProfile,
+    ) -> Result<Publisher<M>, NodeError> {
+        let name = self.naming.resolve(topic)?;
+        let topic = self.topic::<M>(&name, &qos)?;
+        let publisher = self.node.create_publisher(&topic, None).map_err(endpoint(&name))?;
+        let readers = self.graph.matches(publisher.guid());
+        Ok(Publisher { name, publisher, readers })
+    }
+
+    /// A subscription to a topic.
+    pub fn create_subscription<M: RosMessage>(
+        &mut self,
+        topic: &str,
+        qos: QosProfile,
+    ) -> Result<Subscription<M>, NodeError> {
+        let name = self.naming.resolve(topic)?;
+        let topic = self.topic::<M>(&name, &qos)?;
+        self.node.create_subscription(&topic, None).map_err(endpoint(&name))
+    }
+
+    /// A server of a service.
+    pub fn create_server<S: RosService>(
+        &mut self,
+        service: &str,
+    ) -> Result<Server<S::Request, S::Response>, NodeError> {
+        let name = self.naming.resolve(service)?;
+        self.server(&name, &S::type_name())
+    }
+
+    /// A client of a service.
+    pub fn create_client<S: RosService>(
+        &mut self,
+        service: &str,
+    ) -> Result<ServiceClient<S>, NodeError> {
+        let name = self.naming.resolve(service)?;
+        let dds_name = Name::parse(&name).map_err(endpoint(&name))?;
+        let created = self.node.create_client::<S::Request, S::Response>(
+            ServiceMapping::Enhanced,
+            &dds_name,
+            &S::type_name(),
+            services(),
+            services(),
+        );
+        let client = created.map_err(endpoint(&name))?;
+        let participant = self.context.domain_participant();
+        Ok(ServiceClient { name, client, participant, shutdown: self.shutdown.clone() })
+    }
+
+    /// Begins to answer `ros2 param`; call it when every parameter is declared.
+    pub fn start_parameter_services(&mut self) -> Result<(), NodeError> {
+        let services = ParameterServices {
+            get: self.parameter_server("GetParameters", "get_parameters")?,
+            get_types: self.parameter_server("GetParameterTypes", "get_parameter_types")?,
+            list: self.parameter_server("ListParameters", "list_parameters")?,
+            describe: self.parameter_server("DescribeParameters", "describe_parameters")?,
+            set: self.parameter_server("SetParameters", "set_parameters")?,
+            set_atomically: self
+                .parameter_server("SetParametersAtomically", "set_parameters_atomically")?,
+        };
+        self.runtime.spawn(services.serve(self.parameters.clone()));
+        Ok(())
+    }
+
+    fn parameter_server<Request, Response>(
+        &mut self,
+        service_type: &str,
+        name: &str,
+    ) -> Result<Server<Request, Response>, NodeError>
+    where
+        Request: Message + Clone + 'static,
+        Response: Message + 'static,
+    {
+        let name = self.naming.resolve(&format!("~/{name}"))?;
+        self.server(&name, &ServiceTypeName::new("rcl_interfaces", service_type))
+    }
+
+    fn server<Request, Response>(
+        &mut self,
+        name: &str,
+        service_type: &ServiceTypeName,
+    ) -> Result<Server<Request, Response>, NodeError>
+    where
+        Request: Message + Clone + 'static,
+        Response: Message + 'static,
+    {
+        let dds_name = Name::parse(name).map_err(endpoint(name))?;
+        let mapping = ServiceMapping::Enhanced;
+        self.node
+            .create_server(mapping, &dds_name, service_type, services(), services())
+            .map_err(endpoint(name))
+    }
+
+    fn topic<M: RosMessage>(
+        &self,
+        name: &str,
+        qos: &QosProfile,
+    ) -> Result<rustdds::Topic, NodeError> {
+        let dds_name = Name::parse(name).map_err(endpoint(name))?;
+        self.node.create_topic(&dds_name, M::type_name(), qos).map_err(endpoint(name))
+    }
+}
+
+impl Drop for Node {
+    fn drop(&mut self) {
+        logging::stop_publishing();
+    }
+}
+
+fn endpoint<E: std::fmt::Display>(what: &str) -> impl FnOnce(E) -> NodeError {
+    let what = what.to_owned();
+    move |error| NodeError::Endpoint { what, reason: error.to_string() }
+}
+
+/// A publisher that does nothing while nobody reads.
+pub struct Publisher<M: RosMessage> {
+    name: String,
+    publisher: ros2_client::Publisher<M>,
+    readers: watch::Receiver<usize>,
+}
+
+impl<M: RosMessage> Publisher<M> {
+    /// Whether anybody reads the topic now.
+    pub fn has_readers(&self) -> bool {
+        *self.readers.borrow() > 0
+    }
+
+    /// Publishes the message that the function makes; it is not made if nobody reads.
+    pub fn publish_with(&self, message: impl FnOnce() -> M) {
+        if self.has_readers() {
+            match self.publisher.publish(message()) {
+                Ok(()) => {}
+                Err(WriteError::WouldBlock { .. }) => {
+                    debug!("{}: a reader is too slow; this message is dropped", self.name);
+                }
+                Err(error) => log::warn!("{}: could not publish: {error}", self.name),
+            }
+        }
+    }
+}

@@ -1,0 +1,61 @@
+//! The parameters of another node, asked for over its services.
+
+use std::{collections::BTreeMap, time::Duration};
+
+use evac_msgs::RosService;
+use ros2_client::rcl_interfaces as rcl;
+
+use super::ParameterValue;
+use crate::{
+    node::{Node, NodeError},
+    service::{CallError, ServiceClient},
+};
+
+struct ListParameters;
+
+impl RosService for ListParameters {
+    const PACKAGE: &str = "rcl_interfaces";
+    const NAME: &str = "ListParameters";
+    type Request = rcl::ListParametersRequest;
+    type Response = rcl::ListParametersResponse;
+}
+
+struct GetParameters;
+
+impl RosService for GetParameters {
+    const PACKAGE: &str = "rcl_interfaces";
+    const NAME: &str = "GetParameters";
+    type Request = rcl::GetParametersRequest;
+    type Response = rcl::GetParametersResponse;
+}
+
+/// A client of another node's parameter services.
+pub struct ParameterClient {
+    list: ServiceClient<ListParameters>,
+    get: ServiceClient<GetParameters>,
+}
+
+impl ParameterClient {
+    /// A client for the node of that name, in this node's namespace unless it is absolute.
+    pub fn new(node: &mut Node, remote: &str) -> Result<ParameterClient, NodeError> {
+        Ok(ParameterClient {
+            list: node.create_client(&format!("{remote}/list_parameters"))?,
+            get: node.create_client(&format!("{remote}/get_parameters"))?,
+        })
+    }
+
+    /// Every parameter that is set.
+    pub async fn values(
+        &self,
+        deadline: Duration,
+    ) -> Result<BTreeMap<String, ParameterValue>, CallError> {
+        let everything = rcl::ListParametersRequest { prefixes: vec![], depth: 0 };
+        let names = self.list.call(everything, Some(deadline)).await?.result.names;
+        let request = rcl::GetParametersRequest { names: names.clone() };
+        let values = self.get.call(request, Some(deadline)).await?.values;
+        let set = names.into_iter().zip(&values);
+        Ok(set
+            .filter_map(|(name, value)| Some((name, ParameterValue::from_message(value)?)))
+            .collect())
+    }
+}

@@ -1,0 +1,345 @@
+//! Parameters: declared once with a type, a default, a description and what values they may take;
+//! overridden by `-p` and `--params-file` at the start, and by `ros2 param set` while running.
+
+mod client;
+mod file;
+mod services;
+mod value;
+
+use std::{
+    collections::BTreeMap,
+    fmt::Debug,
+    ops::RangeInclusive,
+    path::Path,
+    sync::{Arc, Mutex, MutexGuard},
+};
+
+use thiserror::Error;
+
+pub use client::ParameterClient;
+pub use file::ParameterFileError;
+pub(crate) use services::ParameterServices;
+pub use value::{FromParameter, Override, OverrideError, ParameterType, ParameterValue};
+
+use crate::{arguments::Arguments, names::Naming};
+
+/// What a parameter is for and which values it takes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Descriptor {
+    /// Shown by `ros2 param describe`.
+    pub description: String,
+    /// Whether the value is fixed once the node has started.
+    pub read_only: bool,
+    /// The values of a string parameter, if they can be listed.
+    pub choices: Vec<String>,
+    /// The smallest and the largest value of a number.
+    pub range: Option<(f64, f64)>,
+}
+
+impl Descriptor {
+    /// A parameter that is read once, at the start.
+    pub fn read_only(description: &str) -> Descriptor {
+        Descriptor { description: description.to_owned(), read_only: true, ..Default::default() }
+    }
+
+    /// A parameter that may change while the node runs.
+    pub fn dynamic(description: &str) -> Descriptor {
+        Descriptor { description: description.to_owned(), ..Default::default() }
+    }
+
+    /// The numbers that are allowed, the ends included.
+    pub fn range(self, range: RangeInclusive<f64>) -> Descriptor {
+        Descriptor { range: Some((*range.start(), *range.end())), ..self }
+    }
+
+    /// The strings that are allowed.
+    pub fn choices<S: ToString>(self, choices: impl IntoIterator<Item = S>) -> Descriptor {
+        Descriptor {
+            choices: choices.into_iter().map(|choice| choice.to_string()).collect(),
+            ..self
+        }
+    }
+
+    /// The constraints that have no field of their own in rcl_interfaces/ParameterDescriptor.
+    pub fn additional_constraints(&self) -> String {
+        match self.choices.is_empty() {
+            true => String::new(),
+            false => format!("one of: {}", self.choices.join(", ")),
+        }
+    }
+}
+
+/// Why a parameter cannot have a value.
+#[derive(Debug, Error, PartialEq)]
+pub enum ParameterError {
+    /// Another type than the declared one.
+    #[error("parameter '{name}' is {value}: expected {expected}")]
+    WrongType {
+        /// The parameter.
+        name: String,
+        /// What was given.
+        value: ParameterValue,
+        /// What was declared.
+        expected: ParameterType,
+    },
+    /// A number outside the declared range.
+    #[error("parameter '{name}' is {value}: expected {low} to {high}")]
+    OutOfRange {
+        /// The parameter.
+        name: String,
+        /// What was given.
+        value: ParameterValue,
+        /// The smallest value allowed.
+        low: f64,
+        /// The largest value allowed.
+        high: f64,
+    },
+    /// A string that is none of the declared ones.
+    #[error("parameter '{name}' is {value}: expected one of {}", choices.join(", "))]
+    NoSuchChoice {
+        /// The parameter.
+        name: String,
+        /// What was given.
+        value: ParameterValue,
+        /// What would be right.
+        choices: Vec<String>,
+    },
+    /// A number that is none.
+    #[error("parameter '{0}' is not a finite number")]
+    NotFinite(String),
+    /// A change of what is fixed.
+    #[error("parameter '{0}' is read-only: give it when the node starts")]
+    ReadOnly(String),
+    /// A parameter that the node does not have.
+    #[error("no parameter '{name}': this node has {}", declared.join(", "))]
+    Undeclared {
+        /// The parameter.
+        name: String,
+        /// The parameters that there are.
+        declared: Vec<String>,
+    },
+}
+
+#[derive(Clone, Debug)]
+struct Declared {
+    value: ParameterValue,
+    descriptor: Descriptor,
+}
+
+/// A node's parameters; a cheap handle that can be shared.
+#[derive(Clone, Debug)]
+pub struct Parameters {
+    overrides: Arc<Overrides>,
+    declared: Arc<Mutex<BTreeMap<String, Declared>>>,
+}
+
+#[derive(Debug, Default)]
+struct Overrides {
+    /// What was meant for this node by name or by `-p`: a misspelt one is an error.
+    own: BTreeMap<String, ParameterValue>,
+    /// What stood under a wildcard in a file: others may be meant.
+    shared: BTreeMap<String, ParameterValue>,
+}
+
+impl Parameters {
+    /// The overrides of a command line for one node; its files are read here.
+    pub fn new(naming: &Naming, arguments: &Arguments) -> Result<Parameters, ParameterFileError> {
+        let mut overrides = Overrides::default();
+        for path in &arguments.parameter_files {
+            for section in file::read(path)? {
+                if section.matches(&naming.fully_qualified()) {
+                    let target = if section.is_wildcard() {
+                        &mut overrides.shared
+                    } else {
+                        &mut overrides.own
+                    };
+                    target.extend(section.parameters);
+                }
+            }
+        }
+        for rule in &arguments.overrides {
+            if rule.node.as_deref().is_none_or(|node| node == naming.node) {
+                overrides.own.insert(rule.name.clone(), rule.value.clone());
+            }
+        }
+        Ok(Parameters { overrides: Arc::new(overrides), declared: Arc::default() })
+    }
+
+    /// Declares a parameter; its value is the override, or else the default.
+    pub fn declare<T: FromParameter>(
+        &self,
+        name: &str,
+        default: T,
+        descriptor: Descriptor,
+    ) -> Result<T, ParameterError> {
+        let given = self.overrides.own.get(name).or_else(|| self.overrides.shared.get(name));
+        let value = match given {
+            Some(value) => accept(name, value.clone(), T::TYPE, &descriptor)?,
+            None => default.into_value(),
+        };
+        let declared = Declared { value: value.clone(), descriptor };
+        self.lock().insert(name.to_owned(), declared);
+        T::from_value(&value).ok_or(ParameterError::WrongType {
+            name: name.to_owned(),
+            value,
+            expected: T::TYPE,
+        })
+    }
+
+    /// Fails if an override was meant for this node and names no parameter of it.
+    pub fn refuse_undeclared(&self) -> Result<(), ParameterError> {
+        let declared = self.lock();
+        match self.overrides.own.keys().find(|name| !declared.contains_key(*name)) {
+            None => Ok(()),
+            Some(name) => Err(ParameterError::Undeclared {
+                name: name.clone(),
+                declared: declared.keys().cloned().collect(),
+            }),
+        }
+    }
+
+    /// Whether the user gave this parameter a value.
+    pub fn is_overridden(&self, name: &str) -> bool {
+        self.overrides.own.contains_key(name) || self.overrides.shared.contains_key(name)
+    }
+
+    /// The present value of a declared parameter.
+    pub fn get<T: FromParameter>(&self, name: &str) -> Option<T> {
+        T::from_value(&self.lock().get(name)?.value)
+    }
+
+    /// Changes a parameter of a running node.
+    pub fn set(&self, name: &str, value: ParameterValue) -> Result<(), ParameterError> {
+        let mut declared = self.lock();
+        let Some(entry) = declared.get_mut(name) else {
+            let declared = declared.keys().cloned().collect();
+            return Err(ParameterError::Undeclared { name: name.to_owned(), declared });
+        };
+        if entry.descriptor.read_only {
+            return Err(ParameterError::ReadOnly(name.to_owned()));
+        }
+        entry.value = accept(name, value, entry.value.kind(), &entry.descriptor)?;
+        Ok(())
+    }
+
+    /// Every parameter with its present value, by name.
+    pub fn values(&self) -> BTreeMap<String, ParameterValue> {
+        self.lock().iter().map(|(name, entry)| (name.clone(), entry.value.clone())).collect()
+    }
+
+    fn entry(&self, name: &str) -> Option<Declared> {
+        self.lock().get(name).cloned()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<String, Declared>> {
+        self.declared.lock().expect("nothing panics while it holds this lock")
+    }
+}
+
+/// What a file says about one node; what is special to it wins over what is said to all.
+pub fn read_file_of(
+    path: &Path,
+    fully_qualified_name: &str,
+) -> Result<BTreeMap<String, ParameterValue>, ParameterFileError> {
+    let sections = file::read(path)?.into_iter();
+    Ok(sections.filter(|s| s.matches(fully_qualified_name)).flat_map(|s| s.parameters).collect())
+}
+
+/// The value as it is stored, if the declaration allows it.
+fn accept(
+    name: &str,
+    value: ParameterValue,
+    expected: ParameterType,
+    descriptor: &Descriptor,
+) -> Result<ParameterValue, ParameterError> {
+    let name = name.to_owned();
+    let value = match value.converted(expected) {
+        Ok(value) => value,
+        Err(value) => {
+            return Err(ParameterError::WrongType { name, value, expected });
+        }
+    };
+    let numbers = value.numbers();
+    if numbers.iter().any(|number| !number.is_finite()) {
+        return Err(ParameterError::NotFinite(name));
+    }
+    if let Some((low, high)) = descriptor.range {
+        if numbers.iter().any(|number| *number < low || *number > high) {
+            return Err(ParameterError::OutOfRange { name, value, low, high });
+        }
+    }
+    if let ParameterValue::String(text) = &value {
+        if !descriptor.choices.is_empty() && !descriptor.choices.contains(text) {
+            let choices = descriptor.choices.clone();
+            return Err(ParameterError::NoSuchChoice { name, value, choices });
+        }
+    }
+    Ok(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parameters(line: &str) -> Parameters {
+        let line = format!("node --ros-args {line}");
+        let arguments = Arguments::parse(line.split_whitespace().map(str::to_owned)).unwrap();
+        let naming = Naming::new("agent_node", &arguments.remaps).unwrap();
+        Parameters::new(&naming, &arguments).unwrap()
+    }
+
+    #[test]
+    fn overrides_win_and_the_last_wins_most() {
+        let parameters = parameters("-p episodes:=5 -p episodes:=6 -p other_node:episodes:=7");
+        assert_eq!(parameters.declare("episodes", 1000, Descriptor::default()), Ok(6));
+        assert_eq!(parameters.declare("seed", 3, Descriptor::default()), Ok(3));
+        assert!(parameters.is_overridden("episodes") && !parameters.is_overridden("seed"));
+        assert_eq!(parameters.refuse_undeclared(), Ok(()));
+    }
+
+    #[test]
+    fn bad_values_say_what_would_be_right() {
+        let parameters = parameters(
+            "-p episodes:=abc -p seed:=-1 -p preset:=nonsense -p misspelt:=1 -p rate:=.nan",
+        );
+        let message = |result: Result<(), ParameterError>| result.unwrap_err().to_string();
+        assert_eq!(
+            message(parameters.declare("episodes", 1000, Descriptor::default()).map(drop)),
+            "parameter 'episodes' is the string 'abc': expected an integer"
+        );
+        let positive = Descriptor::default().range(0.0..=10.0);
+        assert_eq!(
+            message(parameters.declare("seed", 0, positive).map(drop)),
+            "parameter 'seed' is the integer -1: expected 0 to 10"
+        );
+        let choices = Descriptor::default().choices(["paper"]);
+        assert_eq!(
+            message(parameters.declare("preset", "paper".to_owned(), choices).map(drop)),
+            "parameter 'preset' is the string 'nonsense': expected one of paper"
+        );
+        assert_eq!(
+            message(parameters.declare("rate", 0.5, Descriptor::default()).map(drop)),
+            "parameter 'rate' is not a finite number"
+        );
+        assert!(message(parameters.refuse_undeclared()).contains("no parameter 'episodes'"));
+    }
+
+    #[test]
+    fn an_integer_serves_where_a_double_is_declared_but_not_the_other_way() {
+        let parameters = parameters("-p rate:=20 -p depth:=1.5");
+        assert_eq!(parameters.declare("rate", 0.0, Descriptor::default()), Ok(20.0));
+        assert!(parameters.declare("depth", 1, Descriptor::default()).is_err());
+    }
+
+    #[test]
+    fn read_only_parameters_stay() {
+        let parameters = parameters("");
+        parameters.declare("seed", 0, Descriptor::read_only("")).unwrap();
+        parameters.declare("rate", 0.5, Descriptor::dynamic("").range(0.0..=1.0)).unwrap();
+        let read_only = ParameterError::ReadOnly("seed".to_owned());
+        assert_eq!(parameters.set("seed", ParameterValue::Integer(1)), Err(read_only));
+        assert_eq!(parameters.set("rate", ParameterValue::Double(0.75)), Ok(()));
+        assert!(parameters.set("rate", ParameterValue::Double(1.5)).is_err());
+        assert_eq!(parameters.get("rate"), Some(0.75));
+    }
+}

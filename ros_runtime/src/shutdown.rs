@@ -1,0 +1,66 @@
+//! The end of a node, asked for by SIGINT or SIGTERM.
+
+use std::{future::Future, sync::Arc};
+
+use log::info;
+use tokio::{
+    runtime::Handle,
+    signal::unix::{SignalKind, signal},
+    sync::watch,
+};
+
+/// Whether the node shall end; a cheap handle that can be shared.
+#[derive(Clone, Debug)]
+pub struct Shutdown {
+    requested: Arc<watch::Sender<bool>>,
+}
+
+impl Default for Shutdown {
+    fn default() -> Shutdown {
+        Shutdown { requested: Arc::new(watch::Sender::new(false)) }
+    }
+}
+
+impl Shutdown {
+    /// Asks the node to end.
+    pub fn request(&self) {
+        self.requested.send_replace(true);
+    }
+
+    /// Whether somebody has asked.
+    pub fn is_requested(&self) -> bool {
+        *self.requested.borrow()
+    }
+
+    /// Waits until somebody asks.
+    pub async fn requested(&self) {
+        // The sender lives in self, so that waiting cannot fail.
+        let _ = self.requested.subscribe().wait_for(|requested| *requested).await;
+    }
+
+    /// The result of a future, or `None` if the node ends first.
+    pub async fn unless_requested<T>(&self, work: impl Future<Output = T>) -> Option<T> {
+        tokio::select! {
+            biased;
+            result = work => Some(result),
+            _ = self.requested() => None,
+        }
+    }
+
+    /// Turns SIGINT and SIGTERM into a request, for as long as the runtime lives.
+    pub(crate) fn listen_to_signals(&self, runtime: &Handle) -> std::io::Result<()> {
+        let _context = runtime.enter();
+        for (kind, name) in
+            [(SignalKind::interrupt(), "SIGINT"), (SignalKind::terminate(), "SIGTERM")]
+        {
+            let (mut signals, shutdown) = (signal(kind)?, self.clone());
+            runtime.spawn(async move {
+                while signals.recv().await.is_some() {
+                    info!("{name}: shutting down");
+                    shutdown.request();
+                }
+            });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,50 @@
+//! The image that the camera makes.
+
+/// Pixels in a row.
+pub const WIDTH: usize = 20;
+
+/// Rows.
+pub const HEIGHT: usize = 7;
+
+/// Bytes of a pixel: red, green, blue.
+pub const CHANNELS: usize = 3;
+
+/// Pixels in a frame.
+pub(super) const PIXELS: usize = WIDTH * HEIGHT;
+
+/// An image of 20 x 7 pixels: 420 bytes `rgb8`, row by row from the top, each row from the left.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Frame([u8; Self::LENGTH]);
+
+impl Frame {
+    /// Bytes in a frame: [`HEIGHT`] x [`WIDTH`] x [`CHANNELS`].
+    pub const LENGTH: usize = PIXELS * CHANNELS;
+
+    /// A frame of one colour.
+    pub(super) fn filled(colour: [u8; CHANNELS]) -> Self {
+        let mut frame = Self([0; Self::LENGTH]);
+        frame.0.as_chunks_mut().0.fill(colour);
+        frame
+    }
+
+    /// Sets the pixel with this index, counted row by row.
+    pub(super) fn set(&mut self, pixel: usize, colour: [u8; CHANNELS]) {
+        self.0[pixel * CHANNELS..][..CHANNELS].copy_from_slice(&colour);
+    }
+
+    /// The bytes.
+    pub fn bytes(&self) -> &[u8; Self::LENGTH] {
+        &self.0
+    }
+
+    /// The red, green and blue of a pixel; the first column is the left one, the first row the
+    /// upper one.
+    ///
+    /// # Panics
+    ///
+    /// If the column is not below [`WIDTH`] or the row not below [`HEIGHT`].
+    pub fn pixel(&self, column: usize, row: usize) -> [u8; CHANNELS] {
+        assert!(column < WIDTH && row < HEIGHT, "no pixel ({column}, {row}) in 20 x 7");
+        self.0.as_chunks().0[row * WIDTH + column]
+    }
+}

@@ -1,0 +1,85 @@
+//! `sim_node [oracle]`: see `--help`.
+
+use std::{fs, path::PathBuf, process::ExitCode};
+
+use anyhow::Context;
+use clap::{Parser, Subcommand};
+use ros_runtime::{Arguments, names::Naming, parameters::Parameters};
+use serde::Serialize;
+use sim_node::{
+    ros,
+    world::{Scenario, World, fewest_steps},
+};
+
+/// A room with a robot that has a 20x7 camera: serves reset and step, publishes what the robot sees.
+#[derive(Parser)]
+#[command(version, after_help = "Options are ROS parameters: --ros-args -p scenario:=concave")]
+struct CommandLine {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Print, as JSON, the fewest steps out of the room for each seed of a reset (no DDS)
+    Oracle {
+        /// The scenario
+        #[arg(long)]
+        scenario: Scenario,
+        /// A file of seeds, one a line, as `agent_node seeds` prints them
+        #[arg(long)]
+        seeds: PathBuf,
+    },
+}
+
+/// What `oracle` prints.
+#[derive(Serialize)]
+struct OracleResult {
+    scenario: String,
+    /// For each seed; null where obstacles move, or where there is no way out.
+    steps: Vec<Option<u32>>,
+    /// Over all the seeds; null if one of them has no number.
+    mean_steps: Option<f64>,
+}
+
+fn main() -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("sim_node: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run() -> anyhow::Result<()> {
+    let arguments = Arguments::parse(std::env::args())?;
+    match CommandLine::parse_from(&arguments.program).command {
+        None => ros::run(&arguments),
+        Some(Command::Oracle { scenario, seeds }) => {
+            let text = fs::read_to_string(&seeds).with_context(|| seeds.display().to_string())?;
+            let result = oracle(&arguments, scenario, &text)?;
+            println!("{}", serde_json::to_string(&result)?);
+            Ok(())
+        }
+    }
+}
+
+fn oracle(arguments: &Arguments, scenario: Scenario, seeds: &str) -> anyhow::Result<OracleResult> {
+    let naming = Naming::new("sim_node", &arguments.remaps)?;
+    let room = ros::declare_room(&Parameters::new(&naming, arguments)?)?;
+    let mut world = World::new(room.world, scenario, room.seed)?;
+    let mut steps = Vec::new();
+    for (line, seed) in seeds.lines().enumerate() {
+        let seed = seed.trim().parse().with_context(|| {
+            format!("line {}: '{seed}' is no seed: expected a number from 1", line + 1)
+        })?;
+        world.reset(Some(seed), Some(scenario))?;
+        steps.push(fewest_steps(&world));
+    }
+    let known: Option<Vec<u32>> = steps.iter().copied().collect();
+    let mean_steps = known
+        .filter(|known| !known.is_empty())
+        .map(|known| known.iter().map(|n| f64::from(*n)).sum::<f64>() / known.len() as f64);
+    Ok(OracleResult { scenario: scenario.name().to_owned(), steps, mean_steps })
+}

@@ -1,0 +1,10 @@
+//! The node: the room behind services and topics.
+
+mod messages;
+mod node;
+mod parameters;
+mod session;
+
+pub use node::run;
+pub use parameters::{RoomParameters, declare_room};
+pub use session::{ClientId, Session};

@@ -1,0 +1,122 @@
+//! The node's loop: requests and commands in, answers and images out.
+
+use anyhow::Context;
+use evac_msgs::{ActionCommand, EpisodeStatus, Image, Reset, Step};
+use futures::{StreamExt, select};
+use log::{debug, info, warn};
+use ros_runtime::{Arguments, Node, Publisher, node::reliable, parameters::ParameterValue};
+
+use super::{
+    declare_room,
+    session::{Executed, Session},
+};
+use crate::world::{Scenario, World};
+
+/// What the node publishes of everything that is executed.
+struct Publishers {
+    images: Publisher<Image>,
+    statuses: Publisher<EpisodeStatus>,
+}
+
+impl Publishers {
+    fn publish(&self, executed: Executed) {
+        let Executed { image, status } = executed;
+        self.images.publish_with(|| image);
+        self.statuses.publish_with(|| status);
+    }
+}
+
+/// Runs the simulator until it is told to end.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let mut node = Node::new("sim_node", arguments)?;
+    let parameters = node.parameters().clone();
+    let room = declare_room(&parameters)?;
+    let step_duration = parameters.declare(
+        "step_duration",
+        0.5,
+        ros_runtime::parameters::Descriptor::read_only(
+            "simulated time of a step or reset, in seconds",
+        )
+        .range(1e-9..=3600.0),
+    )?;
+    let use_sim_time = ros_runtime::parameters::Descriptor::read_only("ROS's switch; unused here");
+    parameters.declare("use_sim_time", false, use_sim_time)?;
+    parameters.refuse_undeclared()?;
+
+    let world = World::new(room.world, room.scenario, room.seed)
+        .context("the room cannot be laid out as its parameters say")?;
+    let (mut session, first) = Session::new(world, room.camera, step_duration);
+    let publishers = Publishers {
+        images: node.create_publisher("camera/image", reliable(5))?,
+        statuses: node.create_publisher("episode", reliable(10))?,
+    };
+    let resets = node.create_server::<Reset>("reset")?;
+    let steps = node.create_server::<Step>("step")?;
+    let commands = node.create_subscription::<ActionCommand>("action", reliable(1))?;
+    node.start_parameter_services()?;
+    info!(
+        "the room is open: scenario {}, episode {}",
+        session.scenario(),
+        session.episode_number()
+    );
+    publishers.publish(first);
+
+    let shutdown = node.shutdown().clone();
+    node.block_on(shutdown.unless_requested(async {
+        let mut reset_requests = resets.receive_request_stream();
+        let mut step_requests = steps.receive_request_stream();
+        let command_stream = commands.async_stream();
+        futures::pin_mut!(command_stream);
+        loop {
+            select! {
+                request = step_requests.select_next_some() => match request {
+                    Ok((id, request)) => {
+                        let (response, executed) = session.step(&request);
+                        if !response.success {
+                            debug!("step refused: {}", response.message);
+                        }
+                        answered("step", steps.async_send_response(id, response).await);
+                        executed.into_iter().for_each(|executed| publishers.publish(executed));
+                    }
+                    Err(error) => warn!("a request of step cannot be read: {error}"),
+                },
+                request = reset_requests.select_next_some() => match request {
+                    Ok((id, request)) => {
+                        let default: Option<String> = parameters.get("scenario");
+                        let default = default.and_then(|name| name.parse().ok());
+                        let default: Scenario = default.unwrap_or(session.scenario());
+                        let client = id.writer_gid.to_bytes16();
+                        let (response, executed) = session.reset(client, &request, default);
+                        if !response.success {
+                            warn!("reset refused: {}", response.message);
+                        } else if executed.is_some() && !request.scenario.is_empty() {
+                            // "Keep" is what the next reset without a scenario does.
+                            let name = ParameterValue::String(request.scenario);
+                            parameters.set("scenario", name)?;
+                        }
+                        answered("reset", resets.async_send_response(id, response).await);
+                        executed.into_iter().for_each(|executed| publishers.publish(executed));
+                    }
+                    Err(error) => warn!("a request of reset cannot be read: {error}"),
+                },
+                command = command_stream.select_next_some() => match command {
+                    Ok((command, _)) => match session.command(&command) {
+                        Ok(executed) => {
+                            executed.into_iter().for_each(|executed| publishers.publish(executed));
+                        }
+                        Err(reason) => warn!("action refused: {reason}"),
+                    },
+                    Err(error) => warn!("an action cannot be read: {error}"),
+                },
+            }
+        }
+    }))
+    .unwrap_or(Ok(()))
+}
+
+/// A lost answer is not lost for good: the client asks again.
+fn answered<E: std::fmt::Display>(service: &str, result: Result<(), E>) {
+    if let Err(error) = result {
+        warn!("an answer of {service} could not be sent: {error}");
+    }
+}

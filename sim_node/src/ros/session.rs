@@ -1,0 +1,353 @@
+//! Who may do what with the room, and when: the rules of `/reset`, `/step` and `/action`.
+//!
+//! Requests may be lost, repeated, late, or somebody else's. Numbers tell them apart: a client
+//! numbers its resets, the simulator its episodes, and an episode its steps. A request that was
+//! executed before is answered as before and executes nothing; one that fits nowhere is refused and
+//! changes nothing. No DDS here: messages in, messages out.
+
+use std::{collections::VecDeque, num::NonZeroU64};
+
+use evac_msgs::{ActionCommand, EpisodeStatus, Header, Image, reset, status, step};
+use rand::RngExt;
+
+use super::messages;
+use crate::{
+    camera::Camera,
+    world::{Action, Outcome, Scenario, World},
+};
+
+/// A client, as DDS identifies it.
+pub type ClientId = [u8; 16];
+
+/// How many clients' latest resets are remembered. Who returns after so many others is a new one.
+const CLIENTS: usize = 64;
+
+/// What was executed, for those who watch.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Executed {
+    /// What the camera sees now.
+    pub image: Image,
+    /// What happened.
+    pub status: EpisodeStatus,
+}
+
+/// A room, its episode, and what was asked of it so far.
+pub struct Session {
+    world: World,
+    camera: Camera,
+    /// Nanoseconds that a step or a reset takes.
+    step_duration: u64,
+    /// Nanoseconds since the start.
+    time: u64,
+    /// The upper half of this simulator's episode numbers.
+    simulator: u32,
+    /// The lower half of the present one's.
+    episode: u32,
+    seed: u64,
+    control: Option<Control>,
+    clients: VecDeque<(ClientId, u64)>,
+    latest_reset: Option<LatestReset>,
+    latest_step: Option<(u8, step::Response)>,
+}
+
+/// What moves the robot in an episode: whoever came first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Control {
+    Service,
+    Topic,
+}
+
+struct LatestReset {
+    client: ClientId,
+    request: reset::Request,
+    response: reset::Response,
+}
+
+/// Why a request is not executed: a status, and what to tell the client.
+type Refusal = (u8, String);
+
+impl Session {
+    /// A session at its first episode, which nobody asked for; its image is the first to publish.
+    ///
+    /// `step_duration` is the simulated time of a step in seconds.
+    pub fn new(world: World, camera: Camera, step_duration: f64) -> (Session, Executed) {
+        let mut session = Session {
+            world,
+            camera,
+            step_duration: (step_duration * 1e9).round() as u64,
+            time: 0,
+            // Never 0, which marks numbers that no simulator gave.
+            simulator: rand::rng().random_range(1..=u32::MAX),
+            episode: 0,
+            seed: 0,
+            control: None,
+            clients: VecDeque::new(),
+            latest_reset: None,
+            latest_step: None,
+        };
+        let first = session.begin_episode(0);
+        (session, first)
+    }
+
+    /// The scenario of the present episode.
+    pub fn scenario(&self) -> Scenario {
+        self.world.scenario()
+    }
+
+    /// The number of the present episode.
+    pub fn episode_number(&self) -> u64 {
+        u64::from(self.simulator) << 32 | u64::from(self.episode)
+    }
+
+    /// Answers `/reset`. `default_scenario` is for requests that name none.
+    pub fn reset(
+        &mut self,
+        client: ClientId,
+        request: &reset::Request,
+        default_scenario: Scenario,
+    ) -> (reset::Response, Option<Executed>) {
+        if let Some(answer) = self.repeated_reset(client, request) {
+            return (answer.unwrap_or_else(|refusal| self.refused_reset(refusal)), None);
+        }
+        let scenario = match request.scenario.as_str() {
+            "" => Ok(default_scenario),
+            name => name.parse::<Scenario>().map_err(|error| error.to_string()),
+        };
+        let placed = scenario.and_then(|scenario| {
+            let seed = NonZeroU64::new(request.seed);
+            self.world.reset(seed, Some(scenario)).map_err(|error| error.to_string())
+        });
+        if let Err(reason) = placed {
+            return (self.refused_reset((status::INVALID_SCENARIO, reason)), None);
+        }
+        let executed = self.begin_episode(request.seed);
+        let response = reset::Response {
+            success: true,
+            status: status::OK,
+            message: String::new(),
+            episode: self.episode_number(),
+            image: executed.image.clone(),
+        };
+        self.remember_reset(client, request, &response);
+        (response, Some(executed))
+    }
+
+    /// The stored answer to a reset that was executed before, or why it cannot be given.
+    fn repeated_reset(
+        &self,
+        client: ClientId,
+        request: &reset::Request,
+    ) -> Option<Result<reset::Response, Refusal>> {
+        if request.request == 0 {
+            return None;
+        }
+        if let Some(latest) = &self.latest_reset {
+            // By hand each call is a client of its own: there the whole request must be the same.
+            let same_client = latest.client == client && latest.request.request == request.request;
+            if same_client || latest.request == *request {
+                return Some(Ok(latest.response.clone()));
+            }
+        }
+        let (_, latest) = self.clients.iter().find(|(known, _)| *known == client)?;
+        let number = request.request;
+        (number <= *latest).then(|| {
+            let message = match number == *latest {
+                true => format!("another client has reset the room since your request {number}"),
+                false => format!("request {number} is older than your latest, {latest}"),
+            };
+            Err((status::SUPERSEDED, message))
+        })
+    }
+
+    fn remember_reset(
+        &mut self,
+        client: ClientId,
+        request: &reset::Request,
+        response: &reset::Response,
+    ) {
+        self.latest_reset = None;
+        if request.request != 0 {
+            self.clients.retain(|(known, _)| *known != client);
+            self.clients.push_back((client, request.request));
+            if self.clients.len() > CLIENTS {
+                self.clients.pop_front();
+            }
+            let (request, response) = (request.clone(), response.clone());
+            self.latest_reset = Some(LatestReset { client, request, response });
+        }
+    }
+
+    fn refused_reset(&self, (status, message): Refusal) -> reset::Response {
+        let episode = self.episode_number();
+        reset::Response { success: false, status, message, episode, image: Image::default() }
+    }
+
+    /// Answers `/step`.
+    pub fn step(&mut self, request: &step::Request) -> (step::Response, Option<Executed>) {
+        match self.try_step(request) {
+            Ok(answer) => answer,
+            Err((status, message)) => {
+                let refusal = step::Response {
+                    status,
+                    message,
+                    episode: self.episode_number(),
+                    step: self.world.steps(),
+                    ..step::Response::default()
+                };
+                (refusal, None)
+            }
+        }
+    }
+
+    fn try_step(
+        &mut self,
+        request: &step::Request,
+    ) -> Result<(step::Response, Option<Executed>), Refusal> {
+        let action = action(request.action)?;
+        self.check_episode(request.episode)?;
+        self.check_control(Control::Service)?;
+        let taken = self.world.steps();
+        let number = if request.step == 0 { taken + 1 } else { request.step };
+        if let (true, Some((latest, response))) = (number == taken, &self.latest_step) {
+            return match *latest == request.action {
+                true => Ok((response.clone(), None)),
+                false => Err((
+                    status::ACTION_DIFFERS,
+                    format!("step {number} was taken with action {latest}, not {}", request.action),
+                )),
+            };
+        }
+        self.check_not_over(number)?;
+        if number != taken + 1 {
+            let next = taken + 1;
+            let message = format!("step {number} is out of order: the next step is {next}");
+            return Err((status::OUT_OF_ORDER, message));
+        }
+        let (outcome, executed) = self.execute(action, Control::Service)?;
+        let response = step::Response {
+            success: true,
+            status: status::OK,
+            message: String::new(),
+            image: executed.image.clone(),
+            reward: outcome.reward,
+            terminated: outcome.terminated,
+            truncated: outcome.truncated,
+            blocked: outcome.blocked,
+            episode: self.episode_number(),
+            step: number,
+        };
+        self.latest_step = Some((request.action, response.clone()));
+        Ok((response, Some(executed)))
+    }
+
+    /// Obeys `/action`: what was executed, nothing if the command is only for those who watch, or
+    /// why it is refused.
+    pub fn command(&mut self, command: &ActionCommand) -> Result<Option<Executed>, String> {
+        if command.sent_by_service {
+            return Ok(None);
+        }
+        let execute = |session: &mut Session| {
+            let action = action(command.action)?;
+            session.check_control(Control::Topic)?;
+            session.check_not_over(session.world.steps() + 1)?;
+            session.execute(action, Control::Topic)
+        };
+        execute(self).map(|(_, executed)| Some(executed)).map_err(|(_, message)| message)
+    }
+
+    fn check_episode(&self, number: u64) -> Result<(), Refusal> {
+        let current = self.episode_number();
+        let (simulator, episode) = ((number >> 32) as u32, number as u32);
+        if number == 0 || number == current {
+            Ok(())
+        } else if simulator != self.simulator && simulator != 0 {
+            let message = format!(
+                "episode {number} is of another start of the simulator: it was restarted, and the \
+                 episode is now {current}"
+            );
+            Err((status::SIMULATOR_RESTARTED, message))
+        } else if simulator == self.simulator && (1..self.episode).contains(&episode) {
+            let message = format!("a later reset has replaced episode {number} by {current}");
+            Err((status::SUPERSEDED, message))
+        } else {
+            let message = format!("there never was an episode {number}: it is {current} now");
+            Err((status::UNKNOWN_EPISODE, message))
+        }
+    }
+
+    fn check_control(&self, control: Control) -> Result<(), Refusal> {
+        match self.control {
+            Some(bound) if bound != control => {
+                let way = match bound {
+                    Control::Service => "the service step",
+                    Control::Topic => "the topic action",
+                };
+                Err((status::SUPERSEDED, format!("{way} moves the robot until the next reset")))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn check_not_over(&self, number: u32) -> Result<(), Refusal> {
+        match self.world.is_over() && number > self.world.steps() {
+            true => {
+                let steps = self.world.steps();
+                let message =
+                    format!("the episode ended with step {steps}: reset to begin another");
+                Err((status::EPISODE_OVER, message))
+            }
+            false => Ok(()),
+        }
+    }
+
+    fn execute(
+        &mut self,
+        action: Action,
+        control: Control,
+    ) -> Result<(Outcome, Executed), Refusal> {
+        let outcome =
+            self.world.step(action).map_err(|over| (status::EPISODE_OVER, over.to_string()))?;
+        self.control = Some(control);
+        let status = EpisodeStatus {
+            action: action.index() as u8,
+            reward: outcome.reward,
+            terminated: outcome.terminated,
+            truncated: outcome.truncated,
+            blocked: outcome.blocked,
+            ..EpisodeStatus::default()
+        };
+        Ok((outcome, self.observe(status)))
+    }
+
+    fn begin_episode(&mut self, seed: u64) -> Executed {
+        // After 2^32 episodes the numbers start again at 1.
+        self.episode = self.episode.checked_add(1).unwrap_or(1);
+        self.seed = seed;
+        self.control = None;
+        self.latest_step = None;
+        self.observe(EpisodeStatus { action: EpisodeStatus::NONE, ..EpisodeStatus::default() })
+    }
+
+    /// Lets the time of a step or reset pass, and takes the picture.
+    fn observe(&mut self, status: EpisodeStatus) -> Executed {
+        self.time += self.step_duration;
+        let stamp = messages::stamp(self.time);
+        let image = messages::image(&self.camera.render(&self.world), stamp);
+        let status = EpisodeStatus {
+            header: Header { stamp, frame_id: String::new() },
+            episode: self.episode_number(),
+            scenario: self.world.scenario().name().to_owned(),
+            seed: self.seed,
+            step: self.world.steps(),
+            ..status
+        };
+        Executed { image, status }
+    }
+}
+
+fn action(index: u8) -> Result<Action, Refusal> {
+    Action::try_from(index).map_err(|error| (status::INVALID_ACTION, error.to_string()))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,178 @@
+use super::*;
+use crate::{camera::CameraSettings, world::WorldSettings};
+
+const ALICE: ClientId = [1; 16];
+const BOB: ClientId = [2; 16];
+
+fn session() -> Session {
+    let world = World::new(WorldSettings::default(), Scenario::Empty, 0).unwrap();
+    let (session, first) =
+        Session::new(world, Camera::new(CameraSettings::default()).unwrap(), 0.5);
+    assert_eq!(first.image.header.stamp, messages::stamp(500_000_000), "the clock's first time");
+    session
+}
+
+fn request(request: u64, seed: u64) -> reset::Request {
+    reset::Request { request, seed, scenario: String::new() }
+}
+
+fn reset(session: &mut Session, client: ClientId, number: u64) -> reset::Response {
+    session.reset(client, &request(number, 7), Scenario::Empty).0
+}
+
+fn step(session: &mut Session, episode: u64, number: u32, action: u8) -> step::Response {
+    session.step(&step::Request { episode, step: number, action }).0
+}
+
+#[test]
+fn episode_numbers_tell_simulator_and_episode() {
+    let mut session = session();
+    let first = session.episode_number();
+    assert_eq!(first as u32, 1);
+    let second = reset(&mut session, ALICE, 1).episode;
+    assert_eq!(second, first + 1);
+    assert_ne!(second >> 32, 0);
+}
+
+#[test]
+fn a_repeated_reset_is_answered_as_before_and_resets_nothing() {
+    let mut session = session();
+    let answer = reset(&mut session, ALICE, 5);
+    step(&mut session, answer.episode, 1, 3);
+    let (again, executed) = session.reset(ALICE, &request(5, 7), Scenario::Empty);
+    assert_eq!((again, executed), (answer.clone(), None));
+    // By hand: the same request from a client of its own.
+    assert_eq!(reset(&mut session, BOB, 5), answer);
+    // An older one, and one that another client's reset has replaced.
+    assert_eq!(reset(&mut session, ALICE, 4).status, status::SUPERSEDED);
+    assert_ne!(reset(&mut session, BOB, 1).episode, answer.episode);
+    assert_eq!(reset(&mut session, ALICE, 5).status, status::SUPERSEDED);
+    assert_eq!(reset(&mut session, ALICE, 6).status, status::OK);
+}
+
+#[test]
+fn resets_without_a_number_are_all_new() {
+    let mut session = session();
+    let first = reset(&mut session, ALICE, 0).episode;
+    assert_eq!(reset(&mut session, ALICE, 0).episode, first + 1);
+}
+
+#[test]
+fn a_scenario_that_does_not_exist_changes_nothing() {
+    let mut session = session();
+    let before = session.episode_number();
+    let wrong = reset::Request { scenario: "desert".into(), ..request(1, 7) };
+    let (answer, executed) = session.reset(ALICE, &wrong, Scenario::Empty);
+    assert_eq!((answer.status, answer.success), (status::INVALID_SCENARIO, false));
+    assert!(answer.message.contains("desert") && answer.message.contains("three_moving"));
+    assert_eq!((session.episode_number(), executed), (before, None));
+    // The number is not used up.
+    assert_eq!(reset(&mut session, ALICE, 1).status, status::OK);
+}
+
+#[test]
+fn a_repeated_step_is_answered_as_before_and_moves_nothing() {
+    let mut session = session();
+    let episode = reset(&mut session, ALICE, 1).episode;
+    let first = step(&mut session, episode, 1, 3);
+    assert_eq!((first.status, first.step, first.episode), (status::OK, 1, episode));
+    let (again, executed) = session.step(&step::Request { episode, step: 1, action: 3 });
+    assert_eq!((again, executed), (first, None));
+    assert_eq!(step(&mut session, episode, 1, 4).status, status::ACTION_DIFFERS);
+    assert_eq!(session.world.steps(), 1);
+}
+
+#[test]
+fn steps_come_in_their_order() {
+    let mut session = session();
+    let episode = reset(&mut session, ALICE, 1).episode;
+    assert_eq!(step(&mut session, episode, 2, 3).status, status::OUT_OF_ORDER);
+    step(&mut session, episode, 1, 3);
+    step(&mut session, episode, 2, 3);
+    let late = step(&mut session, episode, 1, 3);
+    assert_eq!((late.status, late.success), (status::OUT_OF_ORDER, false));
+    assert_eq!(late.image, Image::default());
+    assert_eq!(late.message, "step 1 is out of order: the next step is 3");
+}
+
+#[test]
+fn zeros_are_for_hands() {
+    let mut session = session();
+    for number in 1..=3 {
+        assert_eq!(step(&mut session, 0, 0, 3).step, number);
+    }
+}
+
+#[test]
+fn every_wrong_episode_is_told_apart() {
+    let mut session = session();
+    let old = reset(&mut session, ALICE, 1).episode;
+    let current = reset(&mut session, BOB, 1).episode;
+    let status_of = |session: &mut Session, episode| step(session, episode, 1, 3).status;
+    assert_eq!(status_of(&mut session, old), status::SUPERSEDED);
+    assert_eq!(status_of(&mut session, current + 1), status::UNKNOWN_EPISODE);
+    assert_eq!(status_of(&mut session, 12_345), status::UNKNOWN_EPISODE);
+    assert_eq!(status_of(&mut session, current ^ (1 << 40)), status::SIMULATOR_RESTARTED);
+    assert_eq!(session.world.steps(), 0);
+}
+
+#[test]
+fn actions_over_six_are_refused() {
+    let mut session = session();
+    let answer = step(&mut session, 0, 0, 9);
+    assert_eq!(answer.status, status::INVALID_ACTION);
+    assert!(answer.message.contains('9'), "{}", answer.message);
+    assert_eq!(session.world.steps(), 0);
+}
+
+#[test]
+fn after_the_end_there_is_the_last_answer_and_nothing_else() {
+    let world =
+        World::new(WorldSettings { max_steps: 2, ..Default::default() }, Scenario::Empty, 3);
+    let camera = Camera::new(CameraSettings::default()).unwrap();
+    let (mut session, _) = Session::new(world.unwrap(), camera, 0.5);
+    let episode = session.episode_number();
+    step(&mut session, episode, 1, 0);
+    let last = step(&mut session, episode, 2, 0);
+    assert!(last.truncated || last.terminated);
+    assert_eq!(step(&mut session, episode, 3, 0).status, status::EPISODE_OVER);
+    assert_eq!(step(&mut session, 0, 0, 0).status, status::EPISODE_OVER);
+    assert_eq!(step(&mut session, episode, 2, 0), last);
+}
+
+#[test]
+fn the_first_move_binds_an_episode_to_its_way() {
+    let mut session = session();
+    let command = ActionCommand { action: 3, ..ActionCommand::default() };
+    assert!(session.command(&command).unwrap().is_some());
+    assert_eq!(step(&mut session, 0, 0, 3).status, status::SUPERSEDED);
+    let episode = reset(&mut session, ALICE, 1).episode;
+    assert_eq!(step(&mut session, episode, 1, 3).status, status::OK);
+    assert!(session.command(&command).unwrap_err().contains("service"));
+    let for_watchers = ActionCommand { sent_by_service: true, ..command };
+    assert_eq!(session.command(&for_watchers), Ok(None));
+    assert_eq!(session.world.steps(), 1);
+}
+
+#[test]
+fn time_passes_with_what_is_executed_only() {
+    let mut session = session();
+    let episode = reset(&mut session, ALICE, 1).episode;
+    reset(&mut session, ALICE, 1);
+    let answer = step(&mut session, episode, 1, 3);
+    step(&mut session, episode, 1, 3);
+    step(&mut session, episode, 7, 3);
+    assert_eq!(answer.image.header.stamp, messages::stamp(1_500_000_000));
+    assert_eq!(session.time, 1_500_000_000);
+}
+
+#[test]
+fn the_memory_of_clients_is_bounded() {
+    let mut session = session();
+    for client in 0..1000u64 {
+        let mut id = [0; 16];
+        id[..8].copy_from_slice(&client.to_le_bytes());
+        reset(&mut session, id, 1);
+    }
+    assert_eq!(session.clients.len(), CLIENTS);
+}

@@ -1,0 +1,79 @@
+//! What the robot can do: turn, then step.
+
+use std::f64::consts::FRAC_PI_4;
+
+/// How far the robot moves in one step, in metres: half a foot.
+///
+/// The paper's text and equation 3 say 0.5 ft; the "0.5 meters" in its figure caption is a slip.
+pub const STEP_LENGTH: f64 = 0.1524;
+
+/// One of the seven moves of the paper's equation 3: a turn by a multiple of 45 degrees within
+/// ±135, then one [`STEP_LENGTH`] forward.
+///
+/// Made from the index that policies and messages use: 0 turns by -135 degrees (right), 3 goes
+/// straight on, 6 turns by 135 degrees (left).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Action(u8);
+
+impl Action {
+    /// How many actions there are.
+    pub const COUNT: usize = 7;
+
+    /// Every action, by index.
+    pub const ALL: [Self; Self::COUNT] =
+        [Self(0), Self(1), Self(2), Self(3), Self(4), Self(5), Self(6)];
+
+    /// The action's index, 0..=6.
+    pub fn index(self) -> usize {
+        usize::from(self.0)
+    }
+
+    /// The turn before the step, in eighths of a full turn: -3..=3.
+    pub(crate) fn eighths(self) -> i8 {
+        // At most 6, so the conversion keeps the value.
+        self.0 as i8 - 3
+    }
+
+    /// The turn before the step, in radians.
+    pub fn turn(self) -> f64 {
+        f64::from(self.eighths()) * FRAC_PI_4
+    }
+}
+
+/// There is no action with this index.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("action {0} does not exist: an action is 0..=6")]
+pub struct InvalidAction(pub u8);
+
+impl TryFrom<u8> for Action {
+    type Error = InvalidAction;
+
+    fn try_from(index: u8) -> Result<Self, InvalidAction> {
+        if usize::from(index) < Self::COUNT { Ok(Self(index)) } else { Err(InvalidAction(index)) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn turns_are_those_of_equation_3() {
+        let degrees = Action::ALL.map(|action| action.turn().to_degrees());
+        assert_eq!(degrees, [-135.0, -90.0, -45.0, 0.0, 45.0, 90.0, 135.0]);
+    }
+
+    #[test]
+    fn only_seven_indices_are_actions() {
+        for index in 0..=u8::MAX {
+            match Action::try_from(index) {
+                Ok(action) => assert_eq!(action, Action::ALL[usize::from(index)]),
+                Err(error) => {
+                    assert!(index > 6);
+                    assert_eq!(error, InvalidAction(index));
+                }
+            }
+        }
+        assert_eq!(InvalidAction(9).to_string(), "action 9 does not exist: an action is 0..=6");
+    }
+}
