@@ -1,6 +1,6 @@
 //! `agent_node train | evaluate | seeds`: see `--help`.
 
-use std::process::ExitCode;
+use std::{path::PathBuf, process::ExitCode};
 
 use agent_node::ros::commands;
 use clap::{Parser, Subcommand};
@@ -17,9 +17,17 @@ struct CommandLine {
 #[derive(Subcommand)]
 enum Command {
     /// Train over DDS, then test; everything is left in the directory of the parameter `out`
-    Train,
+    Train {
+        /// What `sim_node oracle` printed for the seeds of the test
+        #[arg(long)]
+        oracle: Option<PathBuf>,
+    },
     /// Test the model in the directory of the parameter `model`, without exploration
-    Evaluate,
+    Evaluate {
+        /// What `sim_node oracle` printed for the seeds of the test
+        #[arg(long)]
+        oracle: Option<PathBuf>,
+    },
     /// Print the seeds of a test's resets, one a line (no DDS)
     Seeds {
         /// The seed of the test
@@ -49,8 +57,8 @@ fn run() -> anyhow::Result<()> {
     }
     let arguments = Arguments::parse(std::env::args())?;
     match CommandLine::parse_from(&arguments.program).command {
-        Command::Train => commands::train(&arguments),
-        Command::Evaluate => commands::evaluate(&arguments),
+        Command::Train { oracle } => commands::train(&arguments, oracle.as_deref()),
+        Command::Evaluate { oracle } => commands::evaluate(&arguments, oracle.as_deref()),
         Command::Seeds { seed, episodes } => {
             print!("{}", commands::seeds(seed, episodes));
             Ok(())

@@ -84,12 +84,21 @@ impl Node {
     ///
     /// `default_name` is the node's name unless `-r __node:=` gives it another.
     pub fn new(default_name: &str, arguments: &Arguments) -> Result<Node, NodeError> {
+        Node::with_discovery(default_name, arguments, Discovery::from_environment()?)
+    }
+
+    /// As [`Node::new`], in a domain of the caller's choice instead of the environment's.
+    pub fn with_discovery(
+        default_name: &str,
+        arguments: &Arguments,
+        discovery: Discovery,
+    ) -> Result<Node, NodeError> {
         let naming = Naming::new(default_name, &arguments.remaps)?;
         // rcl names a node's logger by its dotted full name.
         let logger = naming.fully_qualified().trim_start_matches('/').replace('/', ".");
         logging::start(&logger, arguments);
         let parameters = Parameters::new(&naming, arguments)?;
-        let participant = Discovery::from_environment()?.participant()?;
+        let participant = discovery.participant()?;
         // One thread for signals, timers, the graph and the parameter services.
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(1)

@@ -52,7 +52,10 @@ pub fn seeds(seed: u64, episodes: u32) -> String {
 }
 
 /// Trains over DDS, then tests, and leaves everything in the directory `out`.
-pub fn train(arguments: &Arguments) -> anyhow::Result<()> {
+///
+/// `oracle` is a file of the fewest possible steps of the test's episodes, if there is one.
+pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()> {
+    let oracle = oracle.map(read_oracle).transpose()?;
     let mut node = Node::new("agent_node", arguments)?;
     let parameters = node.parameters().clone();
     let (preset, settings) = model_settings_from(&parameters, &Defaults::default())?;
@@ -136,8 +139,7 @@ pub fn train(arguments: &Arguments) -> anyhow::Result<()> {
     if test.episodes > 0 {
         let plan = test.plan(&training.plan.scenario);
         let network = training.learner().network();
-        let Some(tested) = run_and_sum_up(&plan, network, &mut room, common.oracle.as_deref())?
-        else {
+        let Some(tested) = run_and_sum_up(&plan, network, &mut room, oracle.as_deref())? else {
             info!("stopped before the end of the test; the training is complete");
             return Ok(());
         };
@@ -152,7 +154,10 @@ pub fn train(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 /// Tests a trained model over DDS and leaves `evaluation.json` in the directory `out`.
-pub fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
+///
+/// `oracle` is as in [`train`].
+pub fn evaluate(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()> {
+    let oracle = oracle.map(read_oracle).transpose()?;
     let mut node = Node::new("agent_node", arguments)?;
     let parameters = node.parameters().clone();
     let model = declare(
@@ -177,7 +182,7 @@ pub fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
     let connection = Connection::new(&mut node)?;
     let mut room = Simulator::new(&node, connection, common.deadline);
     let plan = test.plan(&scenario);
-    match run_and_sum_up(&plan, &network, &mut room, common.oracle.as_deref())? {
+    match run_and_sum_up(&plan, &network, &mut room, oracle.as_deref())? {
         Some(tested) => directory.write_json("evaluation.json", &tested.evaluation)?,
         None => info!("stopped before the end of the test"),
     }
@@ -187,7 +192,6 @@ pub fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
 /// What `train` and `evaluate` have in common.
 struct Common {
     deadline: Option<Duration>,
-    oracle: Option<Vec<Option<u32>>>,
     simulator_parameters: ParameterClient,
     simulator: String,
 }
@@ -203,19 +207,12 @@ impl Common {
             )
             .range(0.0..=1e6),
         )?;
-        let oracle = declare(
-            &parameters,
-            "oracle",
-            String::new(),
-            "the result of `sim_node oracle` for the seeds of the test, if there is one",
-        )?;
         let simulator =
             declare(&parameters, "simulator", "sim_node".to_owned(), "the simulator's node")?;
         declare(&parameters, "use_sim_time", false, "ROS's switch for simulated time")?;
         parameters.refuse_undeclared()?;
         Ok(Common {
             deadline: (deadline > 0.0).then(|| Duration::from_secs_f64(deadline)),
-            oracle: if oracle.is_empty() { None } else { Some(read_oracle(Path::new(&oracle))?) },
             simulator_parameters: ParameterClient::new(node, &simulator)?,
             simulator,
         })
@@ -260,7 +257,7 @@ struct Oracle {
 }
 
 fn read_oracle(path: &Path) -> anyhow::Result<Vec<Option<u32>>> {
-    let context = || format!("parameter 'oracle': {}", path.display());
+    let context = || format!("--oracle {}", path.display());
     let text = fs::read_to_string(path).with_context(context)?;
     let oracle: Oracle = serde_json::from_str(&text).with_context(context)?;
     Ok(oracle.steps)
@@ -291,7 +288,7 @@ fn run_and_sum_up(
         Err(error) => return Err(error.into()),
     };
     if oracle.is_some_and(|oracle| oracle.len() != episodes.len()) {
-        warn!("parameter 'oracle' is of another number of episodes: it is left out");
+        warn!("--oracle is of another number of episodes: it is left out");
     }
     let evaluation = Evaluation::new(plan, &episodes, oracle);
     let (successes, rate) = (evaluation.successes, 100.0 * evaluation.success_rate);

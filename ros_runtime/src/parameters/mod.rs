@@ -263,16 +263,16 @@ fn accept(
     if numbers.iter().any(|number| !number.is_finite()) {
         return Err(ParameterError::NotFinite(name));
     }
-    if let Some((low, high)) = descriptor.range {
-        if numbers.iter().any(|number| *number < low || *number > high) {
-            return Err(ParameterError::OutOfRange { name, value, low, high });
-        }
+    if let Some((low, high)) = descriptor.range
+        && numbers.iter().any(|number| *number < low || *number > high)
+    {
+        return Err(ParameterError::OutOfRange { name, value, low, high });
     }
-    if let ParameterValue::String(text) = &value {
-        if !descriptor.choices.is_empty() && !descriptor.choices.contains(text) {
-            let choices = descriptor.choices.clone();
-            return Err(ParameterError::NoSuchChoice { name, value, choices });
-        }
+    if let ParameterValue::String(text) = &value
+        && !(descriptor.choices.is_empty() || descriptor.choices.contains(text))
+    {
+        let choices = descriptor.choices.clone();
+        return Err(ParameterError::NoSuchChoice { name, value, choices });
     }
     Ok(value)
 }

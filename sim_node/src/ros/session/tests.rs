@@ -107,7 +107,7 @@ fn zeros_are_for_hands() {
 fn every_wrong_episode_is_told_apart() {
     let mut session = session();
     let old = reset(&mut session, ALICE, 1).episode;
-    let current = reset(&mut session, BOB, 1).episode;
+    let current = reset(&mut session, BOB, 2).episode;
     let status_of = |session: &mut Session, episode| step(session, episode, 1, 3).status;
     assert_eq!(status_of(&mut session, old), status::SUPERSEDED);
     assert_eq!(status_of(&mut session, current + 1), status::UNKNOWN_EPISODE);
@@ -172,7 +172,7 @@ fn the_memory_of_clients_is_bounded() {
     for client in 0..1000u64 {
         let mut id = [0; 16];
         id[..8].copy_from_slice(&client.to_le_bytes());
-        reset(&mut session, id, 1);
+        session.reset(id, &request(1, client), Scenario::Empty);
     }
     assert_eq!(session.clients.len(), CLIENTS);
 }

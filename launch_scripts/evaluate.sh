@@ -1,0 +1,45 @@
+#!/usr/bin/env bash
+# Tests a trained model over DDS: the best action always, no exploration.
+#
+#   launch_scripts/evaluate.sh --model DIR [options] [-- ROS arguments for the agent]
+#
+#   --model DIR       the directory of a training
+#   --scenario NAME   the room (default: that of the training)
+#   --episodes N      test episodes (default: 1000)
+#   --seed N          another seed, other rooms (default: 1)
+#   --max-steps N     steps after which an episode counts as a failure (default: 200)
+#   --out DIR         where evaluation.json goes (default: the directory of the model)
+
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/nodes.sh"
+
+model= scenario= episodes=1000 seed=1 max_steps=200 out= more=()
+while [[ $# -gt 0 ]]; do
+    case "$1" in
+        --model) model=$(value_of "$@") && shift 2 ;;
+        --scenario) scenario=$(value_of "$@") && shift 2 ;;
+        --episodes) episodes=$(value_of "$@") && shift 2 ;;
+        --seed) seed=$(value_of "$@") && shift 2 ;;
+        --max-steps) max_steps=$(value_of "$@") && shift 2 ;;
+        --out) out=$(value_of "$@") && shift 2 ;;
+        --) shift && more=("$@") && break ;;
+        -h | --help) usage && exit 0 ;;
+        *) fail "unknown option '$1'; see --help" ;;
+    esac
+done
+[[ -n "$model" ]] || fail "which model? give --model DIR, the directory of a training"
+[[ -f "$model/config.yaml" ]] || fail "no trained model in $model: there is no config.yaml"
+out=${out:-$model}
+if [[ -z "$scenario" ]]; then
+    scenario=$(sed -n '/agent_node:/,$s/^ *scenario: //p' "$model/config.yaml" | head -n 1)
+fi
+
+build_nodes
+temporary=$(mktemp -d)
+oracle="$temporary/oracle.json"
+compute_oracle "$oracle" "$seed" "$episodes" "$scenario"
+
+start_simulator
+run_agent evaluate --oracle "$oracle" --ros-args \
+    -p "model:='$model'" -p "scenario:='$scenario'" -p "episodes:=$episodes" -p "seed:=$seed" \
+    -p "max_steps:=$max_steps" -p "out:='$out'" "${more[@]}"

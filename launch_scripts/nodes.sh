@@ -1,0 +1,96 @@
+# Sourced by the scripts beside it: builds the nodes, starts and stops them.
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+
+# Two people who train on one network must not step each other's rooms.
+export ROS_AUTOMATIC_DISCOVERY_RANGE="${ROS_AUTOMATIC_DISCOVERY_RANGE:-LOCALHOST}"
+
+fail() {
+    echo "$(basename "$0"): $*" >&2
+    exit 1
+}
+
+# The help text is the comment at the top of the script.
+usage() {
+    sed -n '2,/^$/s/^# \{0,1\}//p' "$0"
+}
+
+# The value of an option that needs one.
+value_of() {
+    [[ $# -ge 2 ]] || fail "$1 needs a value; see --help"
+    printf '%s' "$2"
+}
+
+check_rust() {
+    local wanted found
+    wanted=$(sed -n 's/^rust-version = "\(.*\)"/\1/p' "$root/Cargo.toml")
+    command -v cargo >/dev/null || fail "there is no Rust toolchain: install Rust $wanted or later" \
+        "with rustup (https://rustup.rs), or your distribution's packages rustc and cargo"
+    found=$(cargo --version | cut -d ' ' -f 2)
+    [[ $(printf '%s\n' "$wanted" "$found" | sort -V | head -n 1) == "$wanted" ]] ||
+        fail "Rust $found is too old: Rust $wanted or later is needed ('rustup update stable')"
+    command -v cc >/dev/null ||
+        fail "there is no C compiler to link with: install one, such as Debian's package gcc"
+}
+
+build_nodes() {
+    check_rust
+    # From the root, so that the settings in .cargo apply wherever the script is called from.
+    (cd "$root" && cargo build --release --locked --package sim_node --package agent_node)
+    bin="${CARGO_TARGET_DIR:-$root/target}/release"
+}
+
+# Runs a simulator in the background, and again if it dies: the agent takes the episode up.
+start_simulator() {
+    (
+        child=
+        trap 'kill -TERM "$child" 2>/dev/null; wait "$child"; exit 0' TERM INT
+        while :; do
+            "$bin/sim_node" "$@" </dev/null &
+            child=$!
+            wait "$child" && exit 0
+            echo "sim_node ended with an error; it is started again" >&2
+            sleep 1
+        done
+    ) &
+    simulator=$!
+}
+
+# Runs the agent with a simulator beside it until the agent ends; returns its exit status.
+run_agent() {
+    "$bin/agent_node" "$@" </dev/null &
+    agent=$!
+    # Ctrl-C in a terminal reaches the agent itself; a signal to this script alone is passed on.
+    trap 'kill -TERM "$agent" 2>/dev/null' TERM INT
+    local status=0
+    wait "$agent" || status=$?
+    # A signal ends the first wait early.
+    while kill -0 "$agent" 2>/dev/null; do
+        status=0
+        wait "$agent" || status=$?
+    done
+    trap - TERM INT
+    return "$status"
+}
+
+stop_simulator() {
+    if [[ -n "${simulator:-}" ]]; then
+        kill -TERM "$simulator" 2>/dev/null
+        wait "$simulator" 2>/dev/null
+        simulator=
+    fi
+    return 0
+}
+
+# Writes to $1 the fewest possible steps of the test with seed $2 and $3 episodes in scenario $4.
+compute_oracle() {
+    "$bin/agent_node" seeds --seed "$2" --episodes "$3" >"$1.seeds"
+    "$bin/sim_node" oracle --scenario "$4" --seeds "$1.seeds" >"$1"
+}
+
+temporary=
+cleanup() {
+    stop_simulator
+    [[ -z "$temporary" ]] || rm -rf "$temporary"
+}
+trap cleanup EXIT

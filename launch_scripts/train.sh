@@ -1,0 +1,44 @@
+#!/usr/bin/env bash
+# Trains the agent over DDS, then tests it: two processes, simulator and agent.
+#
+#   launch_scripts/train.sh [options] [-- ROS arguments for the agent, such as -p epsilon_min:=0.05]
+#
+#   --scenario NAME   the room (default: empty)
+#   --preset NAME     the hyperparameters (default: paper)
+#   --episodes N      training episodes (default: 1000)
+#   --seed N          the run is a function of it (default: 0)
+#   --out DIR         where the run's files go (default: runs/SCENARIO-PRESET-seedN)
+#   --resume          go on from the checkpoint in --out
+#
+# Ctrl-C saves the training and stops both nodes. The environment's ROS_DOMAIN_ID and
+# ROS_AUTOMATIC_DISCOVERY_RANGE are followed; the range is LOCALHOST unless it is set.
+
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/nodes.sh"
+
+scenario=empty preset=paper episodes=1000 seed=0 out= resume=false more=()
+while [[ $# -gt 0 ]]; do
+    case "$1" in
+        --scenario) scenario=$(value_of "$@") && shift 2 ;;
+        --preset) preset=$(value_of "$@") && shift 2 ;;
+        --episodes) episodes=$(value_of "$@") && shift 2 ;;
+        --seed) seed=$(value_of "$@") && shift 2 ;;
+        --out) out=$(value_of "$@") && shift 2 ;;
+        --resume) resume=true && shift ;;
+        --) shift && more=("$@") && break ;;
+        -h | --help) usage && exit 0 ;;
+        *) fail "unknown option '$1'; see --help" ;;
+    esac
+done
+out=${out:-$root/runs/$scenario-$preset-seed$seed}
+
+build_nodes
+temporary=$(mktemp -d)
+oracle="$temporary/oracle.json"
+# train's own test has these seeds unless a parameter says otherwise; then the agent leaves it out.
+compute_oracle "$oracle" 1 1000 "$scenario"
+
+start_simulator
+run_agent train --oracle "$oracle" --ros-args \
+    -p "scenario:='$scenario'" -p "preset:='$preset'" -p "episodes:=$episodes" -p "seed:=$seed" \
+    -p "out:='$out'" -p "resume:=$resume" "${more[@]}"

@@ -1,0 +1,82 @@
+//! The rules of the world, over many episodes.
+
+mod moving_cylinders;
+mod oracle;
+mod placement_rules;
+mod seeds;
+mod steps;
+
+use std::f64::consts::FRAC_PI_4;
+use std::num::NonZeroU64;
+
+use nalgebra::{Isometry2, Point2, Vector2, distance};
+use proptest::prelude::*;
+
+use super::*;
+
+fn world(scenario: Scenario, seed: u64) -> World {
+    World::new(WorldSettings::default(), scenario, seed).unwrap()
+}
+
+/// A world in which these parts are fixed, as the parameters have them.
+fn fixed_world(
+    scenario: Scenario,
+    exit: &[f64],
+    cylinders: &[f64],
+    robot: &[f64],
+) -> Result<World, PlacementError> {
+    let layout = Layout::from_parameters(exit, cylinders, robot).unwrap();
+    World::new(WorldSettings { layout, ..WorldSettings::default() }, scenario, 0)
+}
+
+fn seed(seed: u64) -> Option<NonZeroU64> {
+    NonZeroU64::new(seed)
+}
+
+fn action(index: u8) -> Action {
+    Action::try_from(index).unwrap()
+}
+
+const AHEAD: u8 = 3;
+
+/// What can be seen of a world.
+fn state(world: &World) -> (Isometry2<f64>, Exit, Vec<Cylinder>) {
+    (*world.robot(), *world.exit(), world.cylinders().to_vec())
+}
+
+/// The number of steps at which `world` ends under a fixed pattern of actions, and its last state.
+fn play(world: &mut World) -> (u32, (Isometry2<f64>, Exit, Vec<Cylinder>)) {
+    let mut turn = 0_u32;
+    while !world.is_over() {
+        world.step(action((turn.wrapping_mul(2_654_435_761) >> 16) as u8 % 7)).unwrap();
+        turn += 1;
+    }
+    (world.steps(), state(world))
+}
+
+fn any_scenario() -> impl Strategy<Value = Scenario> {
+    proptest::sample::select(Scenario::ALL.to_vec())
+}
+
+fn moving_scenario() -> impl Strategy<Value = Scenario> {
+    proptest::sample::select(vec![Scenario::OneMoving, Scenario::TwoMoving, Scenario::ThreeMoving])
+}
+
+fn assert_robot_touches_nothing(world: &World) {
+    let footprint = Footprint::at(world.robot());
+    assert!(!world.obstacles().touch(&footprint), "{world:?}");
+    assert!(!world.exit().touches(&footprint), "{world:?}");
+}
+
+fn assert_cylinders_keep(world: &World, half_square: f64, apart: f64, from_robot: f64) {
+    let centres: Vec<Point2<f64>> = world.cylinders().iter().map(Cylinder::centre).collect();
+    assert_eq!(centres.len(), world.scenario().cylinders());
+    let robot = Point2::from(world.robot().translation.vector);
+    for (index, centre) in centres.iter().enumerate() {
+        assert!(centre.x.abs() <= half_square && centre.y.abs() <= half_square, "{centre}");
+        assert!(distance(centre, &robot) >= from_robot, "{centre} {robot}");
+        for other in &centres[..index] {
+            assert!(distance(centre, other) >= apart, "{centre} {other}");
+        }
+    }
+}

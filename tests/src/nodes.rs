@@ -1,0 +1,199 @@
+//! The real nodes as processes of their own, in a DDS domain of their own, on loopback.
+
+use std::{
+    collections::HashMap,
+    fs::File,
+    io::{BufRead, BufReader},
+    path::{Path, PathBuf},
+    process::{Child, Command, ExitStatus, Stdio},
+    sync::{Mutex, MutexGuard, OnceLock},
+    time::{Duration, Instant},
+};
+
+use ros_runtime::{
+    Arguments, Node,
+    discovery::{Discovery, Range},
+};
+
+/// What is not there after this time never comes; a bound for hanging, not a measure of speed.
+pub const PATIENCE: Duration = Duration::from_secs(60);
+
+/// The root of the repository.
+pub fn repository() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("this package lies in the repository")
+}
+
+/// A node's program, built from what is here now.
+pub fn binary(name: &str) -> PathBuf {
+    static BUILT: OnceLock<PathBuf> = OnceLock::new();
+    let directory = BUILT.get_or_init(|| {
+        // The tests' own program is in target/PROFILE/deps.
+        let test = std::env::current_exe().expect("this program has a path");
+        let directory = test.ancestors().nth(2).expect("target/PROFILE/deps").to_owned();
+        let profile = match directory.file_name().and_then(|name| name.to_str()) {
+            Some("debug") | None => "dev",
+            Some(profile) => profile,
+        };
+        let built = Command::new(env!("CARGO"))
+            .args(["build", "--quiet", "--bins", "--profile", profile])
+            .args(["--package", "sim_node", "--package", "agent_node"])
+            .current_dir(repository())
+            .status();
+        assert!(built.expect("cargo runs").success(), "the nodes cannot be built");
+        directory
+    });
+    directory.join(name)
+}
+
+/// A domain and the processes in it, which end with it.
+///
+/// One test at a time: the machine may be small, and the nodes are real.
+pub struct Nodes {
+    domain_id: u16,
+    processes: HashMap<String, Process>,
+    directory: tempfile::TempDir,
+    _turn: MutexGuard<'static, ()>,
+}
+
+struct Process {
+    child: Child,
+    log: PathBuf,
+}
+
+impl Nodes {
+    /// A domain that no other test of this machine uses just now.
+    pub fn new() -> Nodes {
+        static TURN: Mutex<()> = Mutex::new(());
+        static COUNT: Mutex<u32> = Mutex::new(0);
+        let turn = TURN.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let mut count = COUNT.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        *count += 1;
+        // From 102 on, the ports of RTPS lie where Linux takes those of outgoing connections.
+        let domain_id = 1 + (std::process::id() * 7 + *count) % 101;
+        Nodes {
+            domain_id: domain_id as u16,
+            processes: HashMap::new(),
+            directory: tempfile::tempdir().expect("a temporary directory"),
+            _turn: turn,
+        }
+    }
+
+    /// A directory that goes with the test.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.directory.path().join(name)
+    }
+
+    /// A command in this domain.
+    pub fn command(&self, program: impl AsRef<std::ffi::OsStr>) -> Command {
+        let mut command = Command::new(program);
+        command
+            .env("ROS_DOMAIN_ID", self.domain_id.to_string())
+            .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+            .env("RAYON_NUM_THREADS", "1")
+            .stdin(Stdio::null());
+        command
+    }
+
+    /// A node in this process, as a client beside the others.
+    pub fn client(&self) -> Node {
+        let discovery = Discovery { domain_id: self.domain_id, range: Range::Localhost };
+        Node::with_discovery("test_client", &Arguments::default(), discovery).expect("a node")
+    }
+
+    /// Starts `sim_node` with parameters, such as `max_steps:=100`.
+    pub fn start_simulator(&mut self, parameters: &[&str]) {
+        self.start("sim_node", None, parameters);
+    }
+
+    /// Starts `agent_node` with a command and parameters.
+    pub fn start_agent(&mut self, command: &str, parameters: &[&str]) {
+        self.start("agent_node", Some(command), parameters);
+    }
+
+    fn start(&mut self, name: &str, command: Option<&str>, parameters: &[&str]) {
+        let log = self.path(&format!("{name}-{}.log", self.processes.len()));
+        let mut process = self.command(binary(name));
+        process.args(command).arg("--ros-args");
+        for parameter in parameters {
+            process.args(["-p", parameter]);
+        }
+        let output = File::options().append(true).create(true).open(&log).expect("a log file");
+        process.stdout(output.try_clone().expect("a second handle")).stderr(output);
+        let child = process.spawn().expect("the node starts");
+        let previous = self.processes.insert(name.to_owned(), Process { child, log });
+        if let Some(mut previous) = previous {
+            let _ = previous.child.kill();
+            let _ = previous.child.wait();
+        }
+    }
+
+    /// Ends a node without any chance to take leave.
+    pub fn kill(&mut self, name: &str) {
+        let process = self.process(name);
+        process.child.kill().expect("the node is there");
+        process.child.wait().expect("the node is our child");
+    }
+
+    /// Sends a signal, such as `INT`.
+    pub fn signal(&mut self, name: &str, signal: &str) {
+        let pid = self.process(name).child.id().to_string();
+        let sent = Command::new("kill").args(["-s", signal, &pid]).status();
+        assert!(sent.expect("kill runs").success());
+    }
+
+    /// Waits for a node's end.
+    pub fn wait(&mut self, name: &str, patience: Duration) -> ExitStatus {
+        let end = Instant::now() + patience;
+        loop {
+            if let Some(status) = self.process(name).child.try_wait().expect("it is our child") {
+                return status;
+            }
+            let log = self.log(name);
+            assert!(Instant::now() < end, "{name} does not end within {patience:?}:\n{log}");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    /// Waits for a node's end, which must be a success.
+    pub fn succeed(&mut self, name: &str, patience: Duration) {
+        let status = self.wait(name, patience);
+        let log = self.log(name);
+        assert!(status.success(), "{name} ended with {status}:\n{log}");
+    }
+
+    /// Waits until a node has said something.
+    pub fn wait_for_log(&mut self, name: &str, text: &str) {
+        let end = Instant::now() + PATIENCE;
+        while !self.log(name).contains(text) {
+            let log = self.log(name);
+            assert!(Instant::now() < end, "{name} never says '{text}':\n{log}");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    /// What a node has said so far.
+    pub fn log(&mut self, name: &str) -> String {
+        let file = File::open(&self.process(name).log).expect("the log was made at the start");
+        let lines = BufReader::new(file).lines();
+        lines.map_while(Result::ok).map(|line| line + "\n").collect()
+    }
+
+    fn process(&mut self, name: &str) -> &mut Process {
+        self.processes.get_mut(name).expect("the node was started")
+    }
+}
+
+impl Default for Nodes {
+    fn default() -> Nodes {
+        Nodes::new()
+    }
+}
+
+impl Drop for Nodes {
+    fn drop(&mut self) {
+        for process in self.processes.values_mut() {
+            let _ = process.child.kill();
+            let _ = process.child.wait();
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! World and learner in one process: what a run over DDS must equal to the byte.
+
+use std::num::NonZeroU64;
+
+use agent_node::{
+    environment::{Environment, EnvironmentError, Step},
+    learning::{dyna_q::Decision, image::Image},
+};
+use sim_node::{
+    camera::{Camera, CameraSettings},
+    world::{Action, Scenario, World, WorldSettings},
+};
+
+/// The simulator's world and camera, without the simulator.
+pub struct Room {
+    world: World,
+    camera: Camera,
+}
+
+impl Room {
+    /// A room like that of a `sim_node` with these settings.
+    pub fn new(settings: WorldSettings) -> Room {
+        let world = World::new(settings, Scenario::Empty, 0).expect("nothing is held fixed");
+        let camera = Camera::new(CameraSettings::default()).expect("the default mount is possible");
+        Room { world, camera }
+    }
+
+    fn image(&self) -> Image {
+        let frame = self.camera.render(&self.world);
+        Image::try_from(frame.bytes().as_slice()).expect("both sides know the same camera")
+    }
+}
+
+impl Environment for Room {
+    fn reset(&mut self, seed: NonZeroU64, scenario: &str) -> Result<Image, EnvironmentError> {
+        let refused = |error: String| EnvironmentError::Refused(error);
+        let scenario: Scenario = scenario.parse().map_err(|error| refused(format!("{error}")))?;
+        self.world.reset(Some(seed), Some(scenario)).map_err(|error| refused(error.to_string()))?;
+        Ok(self.image())
+    }
+
+    fn step(&mut self, decision: &Decision) -> Result<Step, EnvironmentError> {
+        let refused = |error: String| EnvironmentError::Refused(error);
+        let action = Action::try_from(decision.action.index());
+        let action = action.map_err(|error| refused(error.to_string()))?;
+        let outcome = self.world.step(action).map_err(|error| refused(error.to_string()))?;
+        Ok(Step {
+            image: self.image(),
+            reward: outcome.reward,
+            terminated: outcome.terminated,
+            truncated: outcome.truncated,
+            blocked: outcome.blocked,
+        })
+    }
+}
