@@ -16,12 +16,12 @@ source "$(dirname "${BASH_SOURCE[0]}")/nodes.sh"
 model= scenario= episodes=1000 seed=1 max_steps=200 out= more=()
 while [[ $# -gt 0 ]]; do
     case "$1" in
-        --model) model=$(value_of "$@") && shift 2 ;;
-        --scenario) scenario=$(value_of "$@") && shift 2 ;;
-        --episodes) episodes=$(value_of "$@") && shift 2 ;;
-        --seed) seed=$(value_of "$@") && shift 2 ;;
-        --max-steps) max_steps=$(value_of "$@") && shift 2 ;;
-        --out) out=$(value_of "$@") && shift 2 ;;
+        --model) need_value "$@" && model=$2 && shift 2 ;;
+        --scenario) need_value "$@" && scenario=$2 && shift 2 ;;
+        --episodes) need_value "$@" && episodes=$2 && shift 2 ;;
+        --seed) need_value "$@" && seed=$2 && shift 2 ;;
+        --max-steps) need_value "$@" && max_steps=$2 && shift 2 ;;
+        --out) need_value "$@" && out=$2 && shift 2 ;;
         --) shift && more=("$@") && break ;;
         -h | --help) usage && exit 0 ;;
         *) fail "unknown option '$1'; see --help" ;;

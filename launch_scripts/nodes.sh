@@ -15,10 +15,9 @@ usage() {
     sed -n '2,/^$/s/^# \{0,1\}//p' "$0"
 }
 
-# The value of an option that needs one.
-value_of() {
+# Ends the script unless the option $1 is followed by its value.
+need_value() {
     [[ $# -ge 2 ]] || fail "$1 needs a value; see --help"
-    printf '%s' "$2"
 }
 
 check_rust() {

@@ -19,11 +19,11 @@ source "$(dirname "${BASH_SOURCE[0]}")/nodes.sh"
 scenario=empty preset=paper episodes=1000 seed=0 out= resume=false more=()
 while [[ $# -gt 0 ]]; do
     case "$1" in
-        --scenario) scenario=$(value_of "$@") && shift 2 ;;
-        --preset) preset=$(value_of "$@") && shift 2 ;;
-        --episodes) episodes=$(value_of "$@") && shift 2 ;;
-        --seed) seed=$(value_of "$@") && shift 2 ;;
-        --out) out=$(value_of "$@") && shift 2 ;;
+        --scenario) need_value "$@" && scenario=$2 && shift 2 ;;
+        --preset) need_value "$@" && preset=$2 && shift 2 ;;
+        --episodes) need_value "$@" && episodes=$2 && shift 2 ;;
+        --seed) need_value "$@" && seed=$2 && shift 2 ;;
+        --out) need_value "$@" && out=$2 && shift 2 ;;
         --resume) resume=true && shift ;;
         --) shift && more=("$@") && break ;;
         -h | --help) usage && exit 0 ;;

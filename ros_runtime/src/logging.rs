@@ -6,7 +6,7 @@
 
 use std::{
     io::Write,
-    sync::{Mutex, OnceLock},
+    sync::{Arc, Mutex, OnceLock},
     time::{SystemTime, UNIX_EPOCH},
 };
 
@@ -28,8 +28,9 @@ struct Logger {
 
 #[derive(Default)]
 struct Outputs {
-    rosout: Option<NodeLoggingHandle>,
+    rosout: Option<Arc<NodeLoggingHandle>>,
     console: Option<Console>,
+    libraries_muted: bool,
 }
 
 /// Writes a line where a progress bar stands: the bar steps aside.
@@ -67,12 +68,21 @@ pub fn start(name: &str, arguments: &Arguments) {
 
 /// From now on the node's records go to `/rosout`, too.
 pub(crate) fn publish_to(rosout: NodeLoggingHandle) {
-    with_outputs(|outputs| outputs.rosout = Some(rosout));
+    with_outputs(|outputs| {
+        outputs.rosout = Some(Arc::new(rosout));
+        outputs.libraries_muted = false;
+    });
 }
 
 /// No record goes to `/rosout` any more: its writer keeps the DDS participant alive.
+///
+/// Libraries are not heard any more, either: RustDDS calls it an error that a socket on loopback
+/// leaves a multicast group which it never joined.
 pub(crate) fn stop_publishing() {
-    with_outputs(|outputs| outputs.rosout = None);
+    with_outputs(|outputs| {
+        outputs.rosout = None;
+        outputs.libraries_muted = true;
+    });
 }
 
 /// From now on the console is written through this function, as a progress bar needs it.
@@ -119,12 +129,18 @@ impl Log for Logger {
         let message = record.args().to_string();
         let line = console_line(record.level(), SystemTime::now(), name, &message);
         let outputs = self.lock();
+        if outputs.libraries_muted && !own {
+            return;
+        }
         match &outputs.console {
             Some(console) => console(&line),
             // A closed console is no reason to stop.
             None => drop(writeln!(std::io::stderr(), "{line}")),
         }
-        if let (true, Some(rosout)) = (own, &outputs.rosout) {
+        // RustDDS may have something to log while it publishes: not under this lock.
+        let rosout = outputs.rosout.clone().filter(|_| own);
+        drop(outputs);
+        if let Some(rosout) = rosout {
             rosout.rosout_raw(
                 Time::now(),
                 rosout_level(record.level()),

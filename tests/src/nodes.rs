@@ -10,9 +10,11 @@ use std::{
     time::{Duration, Instant},
 };
 
+use evac_msgs::EpisodeStatus;
 use ros_runtime::{
     Arguments, Node,
     discovery::{Discovery, Range},
+    node::reliable,
 };
 
 /// What is not there after this time never comes; a bound for hanging, not a measure of speed.
@@ -52,6 +54,7 @@ pub struct Nodes {
     domain_id: u16,
     processes: HashMap<String, Process>,
     directory: tempfile::TempDir,
+    started: u32,
     _turn: MutexGuard<'static, ()>,
 }
 
@@ -74,6 +77,7 @@ impl Nodes {
             domain_id: domain_id as u16,
             processes: HashMap::new(),
             directory: tempfile::tempdir().expect("a temporary directory"),
+            started: 0,
             _turn: turn,
         }
     }
@@ -94,6 +98,31 @@ impl Nodes {
         command
     }
 
+    /// Runs a command to its end: its status, and what it wrote to standard output and error.
+    pub fn run(&self, command: &mut Command) -> (ExitStatus, String, String) {
+        let open = |name: &str| self.path(&format!("{name}-{}", self.domain_id));
+        let (out, err) = (open("stdout"), open("stderr"));
+        let create = |path: &Path| File::create(path).expect("a file for the output");
+        let mut child = command
+            .stdout(create(&out))
+            .stderr(create(&err))
+            .spawn()
+            .unwrap_or_else(|error| panic!("{command:?}: {error}"));
+        let end = Instant::now() + 5 * PATIENCE;
+        let read = |path: &Path| std::fs::read_to_string(path).unwrap_or_default();
+        let status = loop {
+            if let Some(status) = child.try_wait().expect("it is our child") {
+                break status;
+            }
+            if Instant::now() > end {
+                let _ = child.kill();
+                panic!("{command:?} does not end:\n{}", read(&err));
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        };
+        (status, read(&out), read(&err))
+    }
+
     /// A node in this process, as a client beside the others.
     pub fn client(&self) -> Node {
         let discovery = Discovery { domain_id: self.domain_id, range: Range::Localhost };
@@ -110,13 +139,23 @@ impl Nodes {
         self.start("agent_node", Some(command), parameters);
     }
 
+    /// Starts `agent_node` with a command and a parameter file.
+    pub fn start_agent_with_file(&mut self, command: &str, file: &Path) {
+        let file = file.to_str().expect("a path in Unicode");
+        self.start_with("agent_node", &[command, "--ros-args", "--params-file", file]);
+    }
+
     fn start(&mut self, name: &str, command: Option<&str>, parameters: &[&str]) {
-        let log = self.path(&format!("{name}-{}.log", self.processes.len()));
+        let mut arguments: Vec<&str> = command.into_iter().chain(["--ros-args"]).collect();
+        parameters.iter().for_each(|parameter| arguments.extend(["-p", parameter]));
+        self.start_with(name, &arguments);
+    }
+
+    fn start_with(&mut self, name: &str, arguments: &[&str]) {
+        self.started += 1;
+        let log = self.path(&format!("{name}-{}.log", self.started));
         let mut process = self.command(binary(name));
-        process.args(command).arg("--ros-args");
-        for parameter in parameters {
-            process.args(["-p", parameter]);
-        }
+        process.args(arguments);
         let output = File::options().append(true).create(true).open(&log).expect("a log file");
         process.stdout(output.try_clone().expect("a second handle")).stderr(output);
         let child = process.spawn().expect("the node starts");
@@ -169,6 +208,26 @@ impl Nodes {
             assert!(Instant::now() < end, "{name} never says '{text}':\n{log}");
             std::thread::sleep(Duration::from_millis(5));
         }
+    }
+
+    /// Waits until the room has seen some more steps.
+    pub fn wait_for_steps(&mut self, steps: u32) {
+        let mut node = self.client();
+        let subscription = node.create_subscription::<EpisodeStatus>("episode", reliable(10));
+        let subscription = subscription.expect("a subscription");
+        let seen = node.block_on(async {
+            let mut seen = 0;
+            while seen < steps {
+                let next = tokio::time::timeout(PATIENCE, subscription.async_take()).await;
+                match next {
+                    Ok(Ok((status, _))) => seen += u32::from(status.step > 0),
+                    Ok(Err(error)) => panic!("a status cannot be read: {error}"),
+                    Err(_) => break,
+                }
+            }
+            seen
+        });
+        assert_eq!(seen, steps, "the room does not go on:\n{}", self.log("agent_node"));
     }
 
     /// What a node has said so far.

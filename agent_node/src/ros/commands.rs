@@ -335,7 +335,7 @@ impl Listener for TrainingListener<'_> {
         publish_status(&self.statuses, training);
         self.console.training_episode(training);
         let done = training.episode();
-        if done % self.checkpoint_interval == 0 && done < training.plan.episodes {
+        if done.is_multiple_of(self.checkpoint_interval) && done < training.plan.episodes {
             save(self.directory, training)?;
         }
         Ok(())

@@ -60,7 +60,7 @@ impl Console {
         if self.on_terminal {
             self.bar.set_message(facts);
             self.bar.set_position(done);
-        } else if done % RECENT as u64 == 0 || done == u64::from(episodes) {
+        } else if done.is_multiple_of(RECENT as u64) || done == u64::from(episodes) {
             info!("{} {done}/{episodes}: {facts}", self.bar.prefix());
         }
     }

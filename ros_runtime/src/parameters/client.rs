@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, time::Duration};
 
 use evac_msgs::RosService;
-use ros2_client::rcl_interfaces as rcl;
+use ros2_client::{parameters::raw, rcl_interfaces as rcl};
 
 use super::ParameterValue;
 use crate::{
@@ -29,10 +29,20 @@ impl RosService for GetParameters {
     type Response = rcl::GetParametersResponse;
 }
 
+struct SetParameters;
+
+impl RosService for SetParameters {
+    const PACKAGE: &str = "rcl_interfaces";
+    const NAME: &str = "SetParameters";
+    type Request = rcl::SetParametersRequest;
+    type Response = rcl::SetParametersResponse;
+}
+
 /// A client of another node's parameter services.
 pub struct ParameterClient {
     list: ServiceClient<ListParameters>,
     get: ServiceClient<GetParameters>,
+    set: ServiceClient<SetParameters>,
 }
 
 impl ParameterClient {
@@ -41,6 +51,7 @@ impl ParameterClient {
         Ok(ParameterClient {
             list: node.create_client(&format!("{remote}/list_parameters"))?,
             get: node.create_client(&format!("{remote}/get_parameters"))?,
+            set: node.create_client(&format!("{remote}/set_parameters"))?,
         })
     }
 
@@ -57,5 +68,22 @@ impl ParameterClient {
         Ok(set
             .filter_map(|(name, value)| Some((name, ParameterValue::from_message(value)?)))
             .collect())
+    }
+
+    /// Sets a parameter; the inner error is the node's reason to refuse.
+    pub async fn set(
+        &self,
+        name: &str,
+        value: ParameterValue,
+        deadline: Duration,
+    ) -> Result<Result<(), String>, CallError> {
+        let parameter = raw::Parameter { name: name.to_owned(), value: value.into() };
+        let request = rcl::SetParametersRequest { parameter: vec![parameter] };
+        let results = self.set.call(request, Some(deadline)).await?.results;
+        Ok(match results.into_iter().next() {
+            Some(result) if result.successful => Ok(()),
+            Some(result) => Err(result.reason),
+            None => Err("the node answered nothing".to_owned()),
+        })
     }
 }

@@ -1,0 +1,83 @@
+//! Bad input, as a user may give it: one clear line each, and an exit status that is not 0.
+
+use std::fs;
+
+use evac_tests::{Nodes, binary};
+
+/// What a node says, and that it says it in one line.
+fn complaint(nodes: &Nodes, name: &str, arguments: &[&str]) -> String {
+    let (status, _, text) = nodes.run(nodes.command(binary(name)).args(arguments));
+    assert_eq!(status.code(), Some(1), "{arguments:?}: {text}");
+    let lines: Vec<&str> = text.lines().filter(|line| !line.starts_with("[INFO]")).collect();
+    assert_eq!(lines.len(), 1, "{arguments:?}: {text}");
+    lines[0].to_owned()
+}
+
+#[test]
+fn wrong_parameters_and_arguments() {
+    let nodes = Nodes::new();
+    let agent = ["train", "--ros-args"];
+    for (arguments, expected) in [
+        (
+            &["-p", "preset:=nonsense"][..],
+            "parameter 'preset' is the string 'nonsense': expected one of paper",
+        ),
+        (&["-p", "episodes:=abc"], "parameter 'episodes' is the string 'abc': expected an integer"),
+        (&["-p", "episodes:=0"], "parameter 'episodes' is the integer 0: expected 1 to"),
+        (&["-p", "epsiodes:=5"], "no parameter 'epsiodes'"),
+        (&["-p", "scenario:=desert"], "expected one of empty, one_cylinder"),
+        (&["-r", "nonsense"], "couldn't parse the remapping 'nonsense'"),
+        (&["--params-file", "nowhere.yaml"], "parameter file nowhere.yaml: No such file"),
+        (&["-p", "resume:=true", "-p", "out:=/nowhere/run"], "/nowhere/run"),
+    ] {
+        let line = complaint(&nodes, "agent_node", &[&agent, arguments].concat());
+        assert!(line.starts_with("agent_node: ") && line.contains(expected), "{line}");
+    }
+    for (arguments, expected) in [
+        (&["-p", "scenario:=desert"][..], "expected one of empty"),
+        (&["-p", "camera.height:=0.5"], "a camera at a height of 0.5 m cannot be"),
+        (&["-p", "fixed_robot:=[0.0, 0.0]"], "fixed_robot has 2 numbers"),
+        (&["-p", "fixed_robot:=[9.0, 0.0, 0.0]"], "the room cannot be laid out"),
+    ] {
+        let line = complaint(&nodes, "sim_node", &[&["--ros-args"], arguments].concat());
+        assert!(line.starts_with("sim_node: ") && line.contains(expected), "{line}");
+    }
+}
+
+#[test]
+fn missing_and_damaged_models() {
+    let mut nodes = Nodes::new();
+    let run = nodes.path("run");
+    let out = format!("out:='{}'", run.display());
+    nodes.start_simulator(&["max_steps:=20"]);
+    nodes.start_agent("train", &["episodes:=2", "evaluation_episodes:=0", &out]);
+    nodes.succeed("agent_node", evac_tests::PATIENCE);
+
+    let model = format!("model:='{}'", run.display());
+    let evaluate =
+        |nodes: &Nodes| complaint(nodes, "agent_node", &["evaluate", "--ros-args", "-p", &model]);
+    let line =
+        complaint(&nodes, "agent_node", &["evaluate", "--ros-args", "-p", "model:=/nowhere"]);
+    assert!(line.contains("no trained model in /nowhere"), "{line}");
+    let line = complaint(&nodes, "agent_node", &["evaluate"]);
+    assert!(line.contains("parameter 'model' is missing"), "{line}");
+
+    let file = run.join("model.safetensors");
+    let bytes = fs::read(&file).expect("the model");
+    fs::write(&file, &bytes[..bytes.len() / 2]).expect("half of it");
+    let line = evaluate(&nodes);
+    assert!(line.contains("model.safetensors is damaged or no safetensors file"), "{line}");
+    fs::write(&file, b"").expect("nothing of it");
+    assert!(evaluate(&nodes).contains("model.safetensors is damaged"));
+    fs::remove_file(&file).expect("it was there");
+    assert!(evaluate(&nodes).contains("model.safetensors: No such file"));
+
+    let checkpoint = run.join("checkpoint.safetensors");
+    let bytes = fs::read(&checkpoint).expect("the checkpoint");
+    let resume = ["train", "--ros-args", "-p", "resume:=true", "-p", "episodes:=2", "-p", &out];
+    let other = [&resume[..], &["-p", "seed:=9"]].concat();
+    assert!(complaint(&nodes, "agent_node", &other).contains("does not fit: it is of"));
+    fs::write(&checkpoint, &bytes[..bytes.len() - 100]).expect("most of it");
+    let line = complaint(&nodes, "agent_node", &resume);
+    assert!(line.contains("checkpoint.safetensors is damaged"), "{line}");
+}

@@ -1,0 +1,182 @@
+//! Every status of `/reset` and `/step`, as a client sees it over DDS.
+
+use std::time::Duration;
+
+use evac_msgs::{ActionCommand, EpisodeStatus, Image, Reset, Step, reset, status, step};
+use evac_tests::{Nodes, PATIENCE};
+use ros_runtime::{
+    Node, Publisher,
+    node::reliable,
+    parameters::{ParameterClient, ParameterValue},
+    service::ServiceClient,
+};
+
+/// A client of the room.
+struct Client {
+    node: Node,
+    reset: ServiceClient<Reset>,
+    step: ServiceClient<Step>,
+}
+
+impl Client {
+    fn new(nodes: &Nodes) -> Client {
+        let mut node = nodes.client();
+        let reset = node.create_client("reset").expect("a client");
+        let step = node.create_client("step").expect("a client");
+        Client { node, reset, step }
+    }
+
+    fn reset(&self, request: u64, seed: u64, scenario: &str) -> reset::Response {
+        let request = reset::Request { request, seed, scenario: scenario.to_owned() };
+        self.node.block_on(self.reset.call(request, Some(PATIENCE))).expect("an answer")
+    }
+
+    fn step(&self, episode: u64, step: u32, action: u8) -> step::Response {
+        let request = step::Request { episode, step, action };
+        self.node.block_on(self.step.call(request, Some(PATIENCE))).expect("an answer")
+    }
+}
+
+fn assert_is_frame(image: &Image) {
+    assert_eq!((image.width, image.height, image.step), (20, 7, 60));
+    assert_eq!((image.encoding.as_str(), image.data.len()), ("rgb8", 420));
+    assert_eq!(image.header.frame_id, "camera_optical_frame");
+}
+
+#[track_caller]
+fn assert_refused(response: &step::Response, expected: u8, message: &str) {
+    let found = (status::name(response.status), response.success);
+    assert_eq!(found, (status::name(expected), false), "{}", response.message);
+    assert!(response.message.contains(message), "{}", response.message);
+    assert_eq!(response.image, Image::default(), "a refusal carries an empty image");
+}
+
+#[test]
+fn every_status() {
+    let mut nodes = Nodes::new();
+    nodes.start_simulator(&["max_steps:=3"]);
+    let (alice, bob) = (Client::new(&nodes), Client::new(&nodes));
+
+    let first = alice.reset(1, 7, "");
+    assert_eq!((first.success, first.status), (true, status::OK), "{}", first.message);
+    assert_is_frame(&first.image);
+    let moved = alice.step(first.episode, 1, 3);
+    assert_eq!((moved.status, moved.step, moved.episode), (status::OK, 1, first.episode));
+    assert_is_frame(&moved.image);
+
+    // The same step again, and with another action.
+    assert_eq!(alice.step(first.episode, 1, 3), moved);
+    assert_refused(
+        &alice.step(first.episode, 1, 4),
+        status::ACTION_DIFFERS,
+        "with action 3, not 4",
+    );
+    // What is no action, no step of now, no episode of this or any simulator.
+    assert_refused(&alice.step(first.episode, 2, 9), status::INVALID_ACTION, "9");
+    assert_refused(&alice.step(first.episode, 3, 3), status::OUT_OF_ORDER, "the next step is 2");
+    assert_refused(&alice.step(first.episode + 1, 2, 3), status::UNKNOWN_EPISODE, "never");
+    let elsewhere = first.episode ^ (1 << 35);
+    assert_refused(&alice.step(elsewhere, 2, 3), status::SIMULATOR_RESTARTED, "restarted");
+
+    // The reset repeated, an older one, one to nowhere: all of them change nothing.
+    assert_eq!(alice.reset(1, 7, ""), first);
+    let nowhere = alice.reset(2, 7, "desert");
+    assert_eq!((nowhere.status, nowhere.success), (status::INVALID_SCENARIO, false));
+    assert!(nowhere.message.contains("desert"), "{}", nowhere.message);
+    assert_eq!(alice.step(first.episode, 2, 3).status, status::OK);
+
+    // A second client replaces the episode.
+    let second = bob.reset(20, 8, "three_moving");
+    assert_eq!(second.episode, first.episode + 1);
+    assert_refused(&alice.step(first.episode, 3, 3), status::SUPERSEDED, "replaced");
+    assert_eq!(alice.reset(1, 7, "").status, status::SUPERSEDED);
+    assert_eq!(bob.reset(19, 8, "").status, status::SUPERSEDED);
+
+    // After the end.
+    let mut last = second.episode;
+    for number in 1..=3 {
+        let response = bob.step(second.episode, number, 0);
+        assert_eq!(response.status, status::OK);
+        last = response.episode;
+        if response.terminated || response.truncated {
+            let after = bob.step(second.episode, number + 1, 0);
+            assert_refused(&after, status::EPISODE_OVER, "reset");
+        }
+    }
+    assert_eq!(last, second.episode);
+    assert_refused(&bob.step(0, 0, 0), status::EPISODE_OVER, "reset");
+}
+
+#[test]
+fn a_seed_gives_the_same_episode_to_everybody() {
+    let mut nodes = Nodes::new();
+    nodes.start_simulator(&[]);
+    let client = Client::new(&nodes);
+    let episode = |request| {
+        let start = client.reset(request, 42, "three_moving");
+        let mut images = vec![start.image.data];
+        for number in 1..=20 {
+            let response = client.step(start.episode, number, (number % 7) as u8);
+            images.push(response.image.data);
+            if response.terminated {
+                break;
+            }
+        }
+        images
+    };
+    let first = episode(1);
+    nodes.kill("sim_node");
+    nodes.start_simulator(&["seed:=5"]);
+    assert_eq!(episode(2), first);
+}
+
+#[test]
+fn actions_move_the_robot_and_their_effects_are_published() {
+    let mut nodes = Nodes::new();
+    nodes.start_simulator(&[]);
+    let mut client = Client::new(&nodes);
+    let actions: Publisher<ActionCommand> =
+        client.node.create_publisher("action", reliable(1)).expect("a publisher");
+    let statuses = client
+        .node
+        .create_subscription::<EpisodeStatus>("episode", reliable(10))
+        .expect("a subscription");
+    let start = client.reset(1, 7, "empty");
+    // Until both sides have found each other, commands and statuses may be lost.
+    let status = client.node.block_on(async {
+        for _ in 0..100 {
+            actions.publish_with(|| ActionCommand { action: 3, ..Default::default() });
+            let next =
+                tokio::time::timeout(Duration::from_millis(200), statuses.async_take()).await;
+            if let Ok(Ok((status, _))) = next
+                && status.step > 0
+            {
+                return status;
+            }
+        }
+        panic!("no action was executed");
+    });
+    assert_eq!((status.episode, status.action), (start.episode, 3));
+    assert_eq!((status.scenario.as_str(), status.seed), ("empty", 7));
+    // The episode is now the topic's.
+    let refused = client.step(start.episode, status.step + 1, 3);
+    assert_refused(&refused, status::SUPERSEDED, "the topic action moves the robot");
+}
+
+#[test]
+fn parameters_are_listed_and_their_services_refuse_bad_values() {
+    let mut nodes = Nodes::new();
+    nodes.start_simulator(&["scenario:=concave", "fixed_exit:=[2, 0.5]"]);
+    let mut node = nodes.client();
+    let parameters = ParameterClient::new(&mut node, "sim_node").expect("a client");
+    let values = node.block_on(parameters.values(PATIENCE)).expect("an answer");
+    assert_eq!(values["scenario"], ParameterValue::String("concave".into()));
+    assert_eq!(values["fixed_exit"], ParameterValue::DoubleArray(vec![2.0, 0.5]));
+    assert_eq!(values["camera.height"], ParameterValue::Double(0.09));
+    let set = |name: &str, value| node.block_on(parameters.set(name, value, PATIENCE));
+    assert_eq!(set("scenario", ParameterValue::String("empty".into())), Ok(Ok(())));
+    let desert = set("scenario", ParameterValue::String("desert".into()));
+    assert!(desert.expect("an answer").unwrap_err().contains("expected one of empty"));
+    let seed = set("seed", ParameterValue::Integer(3));
+    assert!(seed.expect("an answer").unwrap_err().contains("read-only"));
+}

@@ -1,0 +1,198 @@
+//! Trainings by the real nodes: the same to the byte however they are run, stopped or disturbed.
+
+use std::{fs, path::Path, time::Duration};
+
+use agent_node::{
+    learning::{
+        checkpoint::model_bytes,
+        settings::Preset,
+        training::{Listener, Plan, Training},
+    },
+    run::RunDirectory,
+};
+use evac_tests::{Nodes, Room};
+use sim_node::world::WorldSettings;
+
+/// Long enough for some hundred steps on any machine.
+const TRAINING: Duration = Duration::from_secs(300);
+/// Rooms where nobody searches for ever, so that a test need not.
+const MAX_STEPS: u32 = 60;
+const EPISODES: u32 = 12;
+const SEED: u64 = 5;
+
+struct Silent;
+
+impl Listener for Silent {
+    fn episode(&mut self, _training: &Training) -> anyhow::Result<()> {
+        Ok(())
+    }
+}
+
+/// The same training in this process: `episodes.csv` and `model.safetensors`.
+fn in_process(scenario: &str, directory: &Path) -> (Vec<u8>, Vec<u8>) {
+    let plan = Plan { scenario: scenario.to_owned(), episodes: EPISODES, seed: SEED };
+    let mut training = Training::new(plan, Preset::Paper.settings()).expect("a network");
+    let mut room = Room::new(WorldSettings { max_steps: MAX_STEPS, ..Default::default() });
+    training.run(&mut room, &mut Silent).expect("a training");
+    let directory = RunDirectory::open(directory).expect("a directory");
+    directory.write_episodes(&training.progress.records).expect("episodes.csv");
+    let episodes = fs::read(directory.file("episodes.csv")).expect("it was just written");
+    (episodes, model_bytes(training.learner().network()).expect("weights"))
+}
+
+fn left_by(out: &Path) -> (Vec<u8>, Vec<u8>) {
+    let read = |name: &str| fs::read(out.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+    (read("episodes.csv"), read("model.safetensors"))
+}
+
+fn start_agent(nodes: &mut Nodes, out: &Path, scenario: &str, more: &[&str]) {
+    let (out, episodes) = (format!("out:='{}'", out.display()), format!("episodes:={EPISODES}"));
+    let (seed, scenario) = (format!("seed:={SEED}"), format!("scenario:={scenario}"));
+    let own = [&out, &episodes, &seed, &scenario, "evaluation_episodes:=5", "max_steps:=20"];
+    nodes.start_agent("train", &[&own, more].concat());
+}
+
+fn start_simulator(nodes: &mut Nodes) {
+    nodes.start_simulator(&[&format!("max_steps:={MAX_STEPS}")]);
+}
+
+/// That the two are equal, without printing a megabyte if they are not.
+#[track_caller]
+fn assert_same(found: &(Vec<u8>, Vec<u8>), expected: &(Vec<u8>, Vec<u8>)) {
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    assert_eq!(text(&found.0), text(&expected.0), "episodes.csv");
+    assert!(found.1 == expected.1, "model.safetensors differs");
+}
+
+#[test]
+fn over_dds_and_in_one_process_are_the_same_to_the_byte() {
+    for scenario in ["empty", "three_moving"] {
+        let mut nodes = Nodes::new();
+        let out = nodes.path("run");
+        start_simulator(&mut nodes);
+        start_agent(&mut nodes, &out, scenario, &[]);
+        nodes.succeed("agent_node", TRAINING);
+        assert_same(&left_by(&out), &in_process(scenario, &nodes.path("here")));
+    }
+}
+
+#[test]
+fn a_run_leaves_its_files_and_its_config_repeats_it() {
+    let mut nodes = Nodes::new();
+    let out = nodes.path("run");
+    // The agent first: it waits.
+    start_agent(&mut nodes, &out, "one_cylinder", &["epsilon_min:=0.2"]);
+    nodes.wait_for_log("agent_node", "waiting for the simulator's service /reset");
+    start_simulator(&mut nodes);
+    nodes.succeed("agent_node", TRAINING);
+    let first = left_by(&out);
+
+    let json = |name: &str| -> serde_json::Value {
+        let text = fs::read_to_string(out.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+        serde_json::from_str(&text).expect("JSON")
+    };
+    let summary = json("summary.json");
+    assert_eq!(summary["scenario"], "one_cylinder");
+    assert_eq!(summary["preset"], "paper");
+    assert_eq!((&summary["seed"], &summary["episodes"]), (&SEED.into(), &EPISODES.into()));
+    let lines =
+        String::from_utf8_lossy(&first.0).lines().skip(1).map(str::to_owned).collect::<Vec<_>>();
+    let steps = lines.iter().map(|line| line.split(',').nth(1).expect("steps").parse::<u64>());
+    assert_eq!(summary["steps"], steps.map(|n| n.expect("a number")).sum::<u64>());
+    assert_eq!(lines.len(), EPISODES as usize);
+    for key in ["wall_s", "steps_per_s", "update_us"] {
+        assert!(summary[key].as_f64().expect("a number") > 0.0, "{key}");
+    }
+    assert_eq!(summary["evaluation"]["episodes"], 5);
+    let report = fs::read_to_string(out.join("report.html")).expect("report.html");
+    assert!(report.contains("<svg") && report.contains("one_cylinder"));
+    let events = fs::read_dir(out.join("tensorboard")).expect("tensorboard").count();
+    assert_eq!(events, 1);
+    assert!(out.join("checkpoint.safetensors").exists());
+
+    // config.yaml holds what both nodes were run with: it is enough to run them again.
+    let config = fs::read_to_string(out.join("config.yaml")).expect("config.yaml");
+    for line in ["/**/agent_node:", "/**/sim_node:", "epsilon_min: 0.2", "heading_deviation:"] {
+        assert!(config.contains(line), "{line} is missing in\n{config}");
+    }
+    let kept = nodes.path("config.yaml");
+    fs::write(&kept, &config).expect("a copy");
+    nodes.start_agent_with_file("train", &kept);
+    nodes.succeed("agent_node", TRAINING);
+    assert_same(&left_by(&out), &first);
+    // The first run was not overwritten.
+    assert_same(&left_by(&nodes.path("run.1")), &first);
+}
+
+#[test]
+fn a_simulator_that_is_killed_and_started_again_changes_nothing() {
+    let mut nodes = Nodes::new();
+    let out = nodes.path("run");
+    start_simulator(&mut nodes);
+    start_agent(&mut nodes, &out, "three_moving", &[]);
+    for _ in 0..3 {
+        nodes.wait_for_steps(40);
+        nodes.kill("sim_node");
+        start_simulator(&mut nodes);
+    }
+    nodes.succeed("agent_node", TRAINING);
+    let log = nodes.log("agent_node");
+    assert!(log.contains("the simulator was restarted: repeating"), "{log}");
+    assert_same(&left_by(&out), &in_process("three_moving", &nodes.path("here")));
+}
+
+#[test]
+fn a_training_that_is_stopped_goes_on_as_if_it_had_not_been() {
+    let mut nodes = Nodes::new();
+    let out = nodes.path("run");
+    start_simulator(&mut nodes);
+    start_agent(&mut nodes, &out, "one_moving", &[]);
+    for signal in ["INT", "TERM", "INT"] {
+        nodes.wait_for_steps(60);
+        nodes.signal("agent_node", signal);
+        nodes.succeed("agent_node", TRAINING);
+        start_agent(&mut nodes, &out, "one_moving", &["resume:=true"]);
+    }
+    nodes.succeed("agent_node", TRAINING);
+    assert_same(&left_by(&out), &in_process("one_moving", &nodes.path("here")));
+}
+
+#[test]
+fn an_agent_whose_episode_is_replaced_stops_with_an_error() {
+    let mut nodes = Nodes::new();
+    let out = nodes.path("run");
+    start_simulator(&mut nodes);
+    start_agent(&mut nodes, &out, "empty", &["episodes:=100000"]);
+    nodes.wait_for_steps(20);
+    let mut node = nodes.client();
+    let reset = node.create_client::<evac_msgs::Reset>("reset").expect("a client");
+    let request = evac_msgs::reset::Request { request: 1, seed: 1, scenario: String::new() };
+    node.block_on(reset.call(request, Some(evac_tests::PATIENCE))).expect("an answer");
+    let status = nodes.wait("agent_node", evac_tests::PATIENCE);
+    assert_eq!(status.code(), Some(1));
+    let log = nodes.log("agent_node");
+    assert!(log.contains("somebody else has taken over the room"), "{log}");
+    assert!(out.join("checkpoint.safetensors").exists(), "what was learnt is saved");
+}
+
+#[test]
+fn both_nodes_end_at_once_when_they_are_told_to() {
+    for signal in ["INT", "TERM"] {
+        let mut nodes = Nodes::new();
+        let out = nodes.path("run");
+        start_simulator(&mut nodes);
+        start_agent(&mut nodes, &out, "empty", &["episodes:=100000"]);
+        nodes.wait_for_steps(20);
+        // Two seconds are promised; a loaded machine gets more before this test calls it hanging.
+        for name in ["agent_node", "sim_node"] {
+            nodes.signal(name, signal);
+            nodes.succeed(name, Duration::from_secs(20));
+        }
+        // The agent alone, waiting for a simulator that is not there.
+        let other = nodes.path("other");
+        start_agent(&mut nodes, &other, "empty", &[]);
+        nodes.wait_for_log("agent_node", "waiting for the simulator's service");
+        nodes.signal("agent_node", signal);
+        nodes.succeed("agent_node", Duration::from_secs(20));
+    }
+}
