@@ -28,6 +28,12 @@ enum Command {
         #[arg(long)]
         oracle: Option<PathBuf>,
     },
+    /// Print a table of trainings, in Markdown (no DDS)
+    Table {
+        /// The directories of the trainings
+        #[arg(required = true)]
+        runs: Vec<PathBuf>,
+    },
     /// Print the seeds of a test's resets, one a line (no DDS)
     Seeds {
         /// The seed of the test
@@ -59,6 +65,10 @@ fn run() -> anyhow::Result<()> {
     match CommandLine::parse_from(&arguments.program).command {
         Command::Train { oracle } => commands::train(&arguments, oracle.as_deref()),
         Command::Evaluate { oracle } => commands::evaluate(&arguments, oracle.as_deref()),
+        Command::Table { runs } => {
+            print!("{}", agent_node::report::runs_table(&runs)?);
+            Ok(())
+        }
         Command::Seeds { seed, episodes } => {
             print!("{}", commands::seeds(seed, episodes));
             Ok(())

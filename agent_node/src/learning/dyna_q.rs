@@ -175,6 +175,8 @@ mod tests {
     fn learner_after_one_step(terminated: bool) -> DynaQ {
         let settings = Settings { batch_size: 1, ..Preset::Paper.settings() };
         let mut learner = DynaQ::new(settings, 5).unwrap();
+        learner.train.randomize(1);
+        learner.target.randomize(2);
         learner.begin_episode(&image(50));
         learner.remember(action(2), -0.1, terminated, &image(200));
         learner

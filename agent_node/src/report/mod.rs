@@ -11,12 +11,14 @@ mod figures;
 mod frame;
 mod moving_average;
 mod numbers;
+mod runs;
 mod table;
 mod tensorboard;
 
 use askama::Template;
 
 pub use self::frame::CaptionedFrame;
+pub use self::runs::runs_table;
 pub use self::tensorboard::{TensorBoard, TensorBoardError};
 
 use self::chart::PlotError;

@@ -308,7 +308,7 @@ impl TestListener for ConsoleTestListener {
         // The first image of some episodes, and where the robot goes from there.
         if step == 0 && self.frames.len() < REPORT_FRAMES {
             let turn = decision.action.turn_degrees();
-            let caption = format!("test episode {episode}: the policy turns {turn:+}\u{b0}");
+            let caption = format!("Test episode {episode}: the policy turns {turn:+}\u{b0}");
             self.frames.push(CaptionedFrame { image: image.clone(), caption });
         }
     }
