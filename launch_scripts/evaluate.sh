@@ -41,5 +41,6 @@ compute_oracle "$oracle" "$seed" "$episodes" "$scenario"
 
 start_simulator
 run_agent evaluate --oracle "$oracle" --ros-args \
-    -p "model:='$model'" -p "scenario:='$scenario'" -p "episodes:=$episodes" -p "seed:=$seed" \
-    -p "max_steps:=$max_steps" -p "out:='$out'" "${more[@]}"
+    -p "model:=$(yaml "$model")" -p "scenario:=$(yaml "$scenario")" \
+    -p "episodes:=$episodes" -p "seed:=$seed" -p "max_steps:=$max_steps" \
+    -p "out:=$(yaml "$out")" "${more[@]}"

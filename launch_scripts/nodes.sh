@@ -15,6 +15,11 @@ usage() {
     sed -n '2,/^$/s/^# \{0,1\}//p' "$0"
 }
 
+# A text as a string in YAML, which is what a ROS parameter is written in.
+yaml() {
+    printf "'%s'" "${1//\'/\'\'}"
+}
+
 # Ends the script unless the option $1 is followed by its value.
 need_value() {
     [[ $# -ge 2 ]] || fail "$1 needs a value; see --help"
@@ -36,7 +41,7 @@ build_nodes() {
     check_rust
     # From the root, so that the settings in .cargo apply wherever the script is called from.
     (cd "$root" && cargo build --release --locked --package sim_node --package agent_node)
-    bin="${CARGO_TARGET_DIR:-$root/target}/release"
+    bin=$(cd "$root" && realpath "${CARGO_TARGET_DIR:-target}")/release
 }
 
 # Runs a simulator in the background, and again if it dies: the agent takes the episode up.
@@ -63,22 +68,26 @@ run_agent() {
     trap 'kill -TERM "$agent" 2>/dev/null' TERM INT
     local status=0
     wait "$agent" || status=$?
-    # A signal ends the first wait early.
-    while kill -0 "$agent" 2>/dev/null; do
+    # A signal ends a wait early; the next one has the agent's own status.
+    while [[ $status -gt 128 ]] && kill -0 "$agent" 2>/dev/null; do
         status=0
         wait "$agent" || status=$?
     done
+    if [[ $status -gt 128 ]]; then
+        status=0
+        wait "$agent" || status=$?
+    fi
     trap - TERM INT
     return "$status"
 }
 
 stop_simulator() {
     if [[ -n "${simulator:-}" ]]; then
-        kill -TERM "$simulator" 2>/dev/null
-        wait "$simulator" 2>/dev/null
+        # Ctrl-C in a terminal may have ended it already.
+        kill -TERM "$simulator" 2>/dev/null || true
+        wait "$simulator" 2>/dev/null || true
         simulator=
     fi
-    return 0
 }
 
 # Writes to $1 the fewest possible steps of the test with seed $2 and $3 episodes in scenario $4.

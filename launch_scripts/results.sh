@@ -9,6 +9,8 @@ source "$(dirname "${BASH_SOURCE[0]}")/nodes.sh"
 
 [[ "${1:-}" != -h && "${1:-}" != --help ]] || { usage && exit 0; }
 build_nodes
+# An interrupted training ends well; this script then ends, too.
+trap 'exit 130' INT
 runs=()
 for seed in 0 1 2; do
     runs+=("$root/runs/empty-paper-seed$seed")

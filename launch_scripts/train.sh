@@ -35,10 +35,12 @@ out=${out:-$root/runs/$scenario-$preset-seed$seed}
 build_nodes
 temporary=$(mktemp -d)
 oracle="$temporary/oracle.json"
-# train's own test has these seeds unless a parameter says otherwise; then the agent leaves it out.
+# The test after the training is that of evaluation_seed and evaluation_episodes, which are these
+# unless the ROS arguments say otherwise; the agent leaves out what is of another test.
 compute_oracle "$oracle" 1 1000 "$scenario"
 
 start_simulator
 run_agent train --oracle "$oracle" --ros-args \
-    -p "scenario:='$scenario'" -p "preset:='$preset'" -p "episodes:=$episodes" -p "seed:=$seed" \
-    -p "out:='$out'" -p "resume:=$resume" "${more[@]}"
+    -p "scenario:=$(yaml "$scenario")" -p "preset:=$(yaml "$preset")" \
+    -p "episodes:=$episodes" -p "seed:=$seed" -p "out:=$(yaml "$out")" \
+    -p "resume:=$resume" "${more[@]}"

@@ -11,10 +11,20 @@ pub trait Environment {
     /// Begins an episode: everything random in it follows from the seed.
     fn reset(&mut self, seed: NonZeroU64, scenario: &str) -> Result<Image, EnvironmentError>;
 
-    /// Moves the robot.
+    /// Begins to move the robot, and need not wait for the end of it: the learner has something to
+    /// do meanwhile.
     ///
     /// The decision's values are for whoever watches; its action is what is done.
-    fn step(&mut self, decision: &Decision) -> Result<Step, EnvironmentError>;
+    fn begin_step(&mut self, decision: &Decision) -> Result<(), EnvironmentError>;
+
+    /// What the step led to that was begun last.
+    fn finish_step(&mut self) -> Result<Step, EnvironmentError>;
+
+    /// Moves the robot.
+    fn step(&mut self, decision: &Decision) -> Result<Step, EnvironmentError> {
+        self.begin_step(decision)?;
+        self.finish_step()
+    }
 }
 
 /// What a step led to.
@@ -63,9 +73,9 @@ pub enum EnvironmentError {
     },
 }
 
-/// The action of a decision, for a room that is being brought back to where it was.
+/// An action decided before, for a room that is being brought back to where it was.
 impl From<Action> for Decision {
     fn from(action: Action) -> Decision {
-        Decision { action, values: [f32::NAN; Action::COUNT], explored: false }
+        Decision { action, values: None, explored: false }
     }
 }

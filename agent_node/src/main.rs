@@ -1,4 +1,4 @@
-//! `agent_node train | evaluate | seeds`: see `--help`.
+//! `agent_node train | evaluate | table | seeds`: see `--help`.
 
 use std::{path::PathBuf, process::ExitCode};
 
@@ -61,7 +61,7 @@ fn run() -> anyhow::Result<()> {
     if std::env::var_os("RAYON_NUM_THREADS").is_none() {
         std::env::set_var("RAYON_NUM_THREADS", "1");
     }
-    let arguments = Arguments::parse(std::env::args())?;
+    let arguments = Arguments::from_environment()?;
     match CommandLine::parse_from(&arguments.program).command {
         Command::Train { oracle } => commands::train(&arguments, oracle.as_deref()),
         Command::Evaluate { oracle } => commands::evaluate(&arguments, oracle.as_deref()),

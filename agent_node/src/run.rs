@@ -4,6 +4,7 @@ use std::{
     collections::BTreeMap,
     fs,
     io::Write,
+    os::unix::fs::PermissionsExt,
     path::{Path, PathBuf},
 };
 
@@ -67,17 +68,21 @@ impl RunDirectory {
     /// An empty directory. What an earlier run left there is kept under another name, which is
     /// returned.
     pub fn create(path: &Path) -> Result<(RunDirectory, Option<PathBuf>), WriteError> {
-        let mut kept = None;
-        if path.join(RunDirectory::CHECKPOINT).exists() || path.join(RunDirectory::CONFIG).exists()
-        {
-            let aside = (1..)
-                .map(|number| PathBuf::from(format!("{}.{number}", path.display())))
-                .find(|candidate| !candidate.exists())
-                .expect("there are more numbers than directories");
-            fs::rename(path, &aside).map_err(|error| write_error(&aside, error))?;
-            kept = Some(aside);
+        if !path.join(RunDirectory::CHECKPOINT).exists() {
+            return Ok((RunDirectory::open(path)?, None));
         }
-        Ok((RunDirectory::open(path)?, kept))
+        // Without what a shell's completion or a dot leaves at the end of a path.
+        let whole = fs::canonicalize(path).map_err(|error| write_error(path, error))?;
+        let aside = (1..)
+            .map(|number| {
+                let mut name = whole.clone().into_os_string();
+                name.push(format!(".{number}"));
+                PathBuf::from(name)
+            })
+            .find(|candidate| !candidate.exists())
+            .expect("there are more numbers than directories");
+        fs::rename(&whole, &aside).map_err(|error| write_error(&aside, error))?;
+        Ok((RunDirectory::open(&whole)?, Some(aside)))
     }
 
     /// The path of a file of the run.
@@ -89,15 +94,14 @@ impl RunDirectory {
     pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), WriteError> {
         let path = self.file(name);
         let write = || -> std::io::Result<()> {
-            let mut file = tempfile::Builder::new().prefix(name).tempfile_in(&self.path)?;
+            // As any other file: for whomever the umask leaves it to.
+            let permissions = fs::Permissions::from_mode(0o666);
+            let mut file = tempfile::Builder::new()
+                .prefix(name)
+                .permissions(permissions)
+                .tempfile_in(&self.path)?;
             file.write_all(bytes)?;
             file.as_file().sync_all()?;
-            // A temporary file is private; this one is for everybody that may read the directory.
-            #[cfg(unix)]
-            {
-                use std::os::unix::fs::PermissionsExt;
-                file.as_file().set_permissions(fs::Permissions::from_mode(0o644))?;
-            }
             file.persist(&path)?;
             // The name is part of the directory, which has to reach the disk, too.
             fs::File::open(&self.path)?.sync_all()
@@ -146,4 +150,38 @@ impl RunDirectory {
 
 fn write_error(path: &Path, reason: impl ToString) -> WriteError {
     WriteError { path: path.to_owned(), reason: reason.to_string() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_earlier_run_is_kept_whatever_its_path_looks_like() {
+        let home = tempfile::tempdir().unwrap();
+        let path = home.path().join("it's one");
+        for (number, path) in [(1, path.clone()), (2, path.join("")), (3, path.join("."))] {
+            let (run, kept) = RunDirectory::create(&path).unwrap();
+            assert_eq!(kept.is_some(), number > 1);
+            run.write(RunDirectory::CHECKPOINT, &[number]).unwrap();
+        }
+        for (name, number) in [("it's one", 3), ("it's one.1", 1), ("it's one.2", 2)] {
+            let file = home.path().join(name).join(RunDirectory::CHECKPOINT);
+            assert_eq!(fs::read(file).unwrap(), [number]);
+        }
+    }
+
+    #[test]
+    fn a_file_that_cannot_be_written_leaves_what_was_there() {
+        let home = tempfile::tempdir().unwrap();
+        let run = RunDirectory::open(home.path()).unwrap();
+        run.write("file", b"before").unwrap();
+        // A directory cannot be replaced by a file.
+        fs::create_dir(run.file("taken")).unwrap();
+        let message = run.write("taken", b"after").unwrap_err().to_string();
+        assert!(message.starts_with("could not write ") && message.contains("taken"), "{message}");
+        let names: Vec<_> =
+            fs::read_dir(home.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+        assert_eq!(names.len(), 2, "{names:?}");
+    }
 }

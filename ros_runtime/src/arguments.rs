@@ -58,12 +58,24 @@ pub enum ArgumentsError {
     /// A level that ROS does not have.
     #[error("unknown log level '{0}': expected debug, info, warn, error or fatal")]
     LogLevel(String),
+    /// An argument in another encoding.
+    #[error("the argument '{0}' is not in Unicode (UTF-8)")]
+    NotUnicode(String),
     /// Enclaves are part of SROS2.
     #[error("--enclave '{0}': this build has no security, so it cannot join an enclave")]
     Enclave(String),
 }
 
 impl Arguments {
+    /// Takes the ROS arguments off this process's command line.
+    pub fn from_environment() -> Result<Arguments, ArgumentsError> {
+        let items: Result<Vec<String>, _> =
+            std::env::args_os().map(|item| item.into_string()).collect();
+        Arguments::parse(
+            items.map_err(|item| ArgumentsError::NotUnicode(item.display().to_string()))?,
+        )
+    }
+
     /// Takes the ROS arguments off a command line; the first item is the program's name.
     pub fn parse(
         command_line: impl IntoIterator<Item = String>,

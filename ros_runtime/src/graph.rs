@@ -1,7 +1,8 @@
-//! Who is connected to whom: the matches that DDS reports, counted per local endpoint.
+//! Who is there: the readers of a topic, and the matches of each local endpoint, as DDS reports them.
 //!
 //! ros2-client's Spinner does the same, but with it comes a subscription to `/clock` of a wrong
-//! type, so nobody here starts one.
+//! type, so nobody here starts one. RustDDS's `discovered_readers` would tell of readers, too; it
+//! takes locks that discovery takes in another order, and asked often it ends discovery for good.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -18,19 +19,32 @@ use tokio::sync::watch;
 /// The matches of every local endpoint; a cheap handle that can be shared.
 #[derive(Clone, Default)]
 pub(crate) struct Graph {
-    endpoints: Arc<Mutex<BTreeMap<GUID, Endpoint>>>,
+    known: Arc<Mutex<Known>>,
+}
+
+#[derive(Default)]
+struct Known {
+    /// What each local endpoint is matched with.
+    endpoints: BTreeMap<GUID, Endpoint>,
+    /// The remote readers of each DDS topic.
+    readers: BTreeMap<String, Endpoint>,
 }
 
 #[derive(Default)]
 struct Endpoint {
-    matched: BTreeSet<GUID>,
+    others: BTreeSet<GUID>,
     count: watch::Sender<usize>,
 }
 
 impl Graph {
     /// How many remote endpoints match a local one, now and from now on.
     pub(crate) fn matches(&self, local: GUID) -> watch::Receiver<usize> {
-        self.with(|endpoints| endpoints.entry(local).or_default().count.subscribe())
+        self.with(|known| known.endpoints.entry(local).or_default().count.subscribe())
+    }
+
+    /// How many remote readers a DDS topic has, now and from now on.
+    pub(crate) fn readers(&self, topic: &str) -> watch::Receiver<usize> {
+        self.with(|known| known.readers.entry(topic.to_owned()).or_default().count.subscribe())
     }
 
     /// Follows the participant's events for ever.
@@ -43,36 +57,46 @@ impl Graph {
     }
 
     fn apply(&self, event: &Event) {
-        self.with(|endpoints| match event {
+        self.with(|known| match event {
+            Event::ReaderDetected { reader } => {
+                let readers = known.readers.entry(reader.topic_name.clone()).or_default();
+                readers.change(|others| others.insert(reader.guid));
+            }
             Event::RemoteReaderMatched { local_writer: local, remote_reader: remote }
             | Event::RemoteWriterMatched { local_reader: local, remote_writer: remote } => {
-                let endpoint = endpoints.entry(*local).or_default();
-                endpoint.change(|matched| matched.insert(*remote));
+                let endpoint = known.endpoints.entry(*local).or_default();
+                endpoint.change(|others| others.insert(*remote));
             }
             Event::ReaderLost { guid, .. } | Event::WriterLost { guid, .. } => {
-                endpoints.values_mut().for_each(|e| e.change(|matched| matched.remove(guid)));
+                known.all().for_each(|endpoint| endpoint.change(|others| others.remove(guid)));
             }
             // A process that was killed takes no leave: its endpoints go with its lease.
-            Event::ParticipantLost { id, .. } => endpoints.values_mut().for_each(|endpoint| {
-                endpoint.change(|matched| {
-                    let before = matched.len();
-                    matched.retain(|guid| guid.prefix != *id);
-                    matched.len() != before
+            Event::ParticipantLost { id, .. } => known.all().for_each(|endpoint| {
+                endpoint.change(|others| {
+                    let before = others.len();
+                    others.retain(|guid| guid.prefix != *id);
+                    others.len() != before
                 });
             }),
             _ => {}
         });
     }
 
-    fn with<T>(&self, work: impl FnOnce(&mut BTreeMap<GUID, Endpoint>) -> T) -> T {
-        work(&mut self.endpoints.lock().expect("nothing panics while it holds this lock"))
+    fn with<T>(&self, work: impl FnOnce(&mut Known) -> T) -> T {
+        work(&mut self.known.lock().expect("nothing panics while it holds this lock"))
+    }
+}
+
+impl Known {
+    fn all(&mut self) -> impl Iterator<Item = &mut Endpoint> {
+        self.endpoints.values_mut().chain(self.readers.values_mut())
     }
 }
 
 impl Endpoint {
     fn change(&mut self, change: impl FnOnce(&mut BTreeSet<GUID>) -> bool) {
-        if change(&mut self.matched) {
-            self.count.send_replace(self.matched.len());
+        if change(&mut self.others) {
+            self.count.send_replace(self.others.len());
         }
     }
 }

@@ -56,8 +56,8 @@ impl FromStr for Remap {
 /// Why a name cannot be used.
 #[derive(Debug, Error, PartialEq)]
 #[error(
-    "'{0}' is no valid name: expected tokens of letters, digits and single underscores that begin \
-     with a letter, between single slashes, such as 'camera/image', '/scan' or '~/state'"
+    "'{0}' is no valid name: expected tokens of letters, digits and single underscores that do not \
+     begin with a digit, between single slashes, such as 'camera/image', '/scan' or '~/state'"
 )]
 pub struct InvalidName(String);
 

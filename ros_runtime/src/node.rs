@@ -8,7 +8,7 @@ use ros2_client::{
     Context, Message, Name, NodeName, NodeOptions, Server, ServiceMapping, ServiceTypeName,
     Subscription,
     error::WriteError,
-    qos::{Durability, History, QosProfile, WhenFull},
+    qos::{History, QosProfile, WhenFull},
 };
 use thiserror::Error;
 use tokio::{runtime::Runtime, sync::watch};
@@ -50,16 +50,11 @@ pub enum NodeError {
 }
 
 /// Reliable, volatile, the last `depth` samples. A publisher never waits for a slow reader: if the
-/// send window (8,192 samples) is full, the new sample is dropped and said so at debug level.
+/// send window (8,192 samples) is full, the new sample is dropped for all, and said so at debug level.
 pub fn reliable(depth: usize) -> QosProfile {
     QosProfile::publisher_default()
         .history(History::KeepLast { depth })
         .reliability_reliable(WhenFull::Fail)
-}
-
-/// As [`reliable`], and who comes late still gets the last `depth` samples.
-pub fn latched(depth: usize) -> QosProfile {
-    reliable(depth).durability(Durability::TransientLocal)
 }
 
 /// rmw's profile for services: reliable, volatile, the last 10.
@@ -72,7 +67,6 @@ pub struct Node {
     // The order is that of dropping: tasks end before the endpoints that they use.
     runtime: Runtime,
     node: ros2_client::Node,
-    context: Context,
     naming: Naming,
     parameters: Parameters,
     graph: Graph,
@@ -117,7 +111,7 @@ impl Node {
         let options = NodeOptions::new().enable_rosout(true).start_parameter_services(false);
         let node = context.new_node(name, options).map_err(endpoint(&what))?;
         logging::publish_to(node.logging_handle());
-        Ok(Node { runtime, node, context, naming, parameters, graph, shutdown })
+        Ok(Node { runtime, node, naming, parameters, graph, shutdown })
     }
 
     /// The node's name and remappings.
@@ -188,8 +182,9 @@ impl Node {
             services(),
         );
         let client = created.map_err(endpoint(&name))?;
-        let participant = self.context.domain_participant();
-        Ok(ServiceClient { name, client, participant, shutdown: self.shutdown.clone() })
+        // The topic of requests, as rmw names it.
+        let servers = self.graph.readers(&format!("rq{name}Request"));
+        Ok(ServiceClient { name, client, servers, shutdown: self.shutdown.clone() })
     }
 
     /// Begins to answer `ros2 param`; call it when every parameter is declared.
@@ -276,7 +271,7 @@ impl<M: RosMessage> Publisher<M> {
             match self.publisher.publish(message()) {
                 Ok(()) => {}
                 Err(WriteError::WouldBlock { .. }) => {
-                    debug!("{}: a reader is too slow; this message is dropped", self.name);
+                    debug!("{}: a reader is too slow; nobody gets this message", self.name);
                 }
                 Err(error) => log::warn!("{}: could not publish: {error}", self.name),
             }

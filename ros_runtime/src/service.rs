@@ -7,11 +7,13 @@
 use std::time::Duration;
 
 use evac_msgs::RosService;
-use log::{debug, warn};
-use ros2_client::{Client, error::WriteError};
-use rustdds::DomainParticipant;
+use log::{debug, info, warn};
+use ros2_client::{Client, RmwRequestId, error::WriteError};
 use thiserror::Error;
-use tokio::time::{Instant, sleep, timeout_at};
+use tokio::{
+    sync::watch,
+    time::{Instant, sleep, timeout, timeout_at},
+};
 
 use crate::shutdown::Shutdown;
 
@@ -58,7 +60,7 @@ pub enum CallError {
 pub struct ServiceClient<S: RosService> {
     pub(crate) name: String,
     pub(crate) client: Client<S::Request, S::Response>,
-    pub(crate) participant: DomainParticipant,
+    pub(crate) servers: watch::Receiver<usize>,
     pub(crate) shutdown: Shutdown,
 }
 
@@ -68,12 +70,32 @@ impl<S: RosService> ServiceClient<S> {
         &self.name
     }
 
-    /// Whether a server is there now.
-    pub fn is_ready(&self) -> bool {
-        // The topic of requests, as rmw names it.
-        let topic = format!("rq{}Request", self.name);
-        let readers = self.participant.discovered_readers();
-        readers.iter().any(|reader| *reader.subscription_topic_data.topic_name() == topic)
+    /// How many servers there are. One that was killed counts until DDS gives it up.
+    pub fn servers(&self) -> usize {
+        *self.servers.borrow()
+    }
+
+    /// Waits until a server is there, at most until the deadline.
+    pub async fn wait_until_ready(&self, deadline: Option<Duration>) -> Result<(), CallError> {
+        let mut servers = self.servers.clone();
+        let ready = async {
+            if self.servers() == 0 {
+                info!("waiting for the service {}", self.name);
+            }
+            // The sender lives as long as the node's graph.
+            let _ = servers.wait_for(|servers| *servers > 0).await;
+            Ok(())
+        };
+        let in_time = async {
+            match deadline {
+                None => ready.await,
+                Some(deadline) => timeout(deadline, ready).await.unwrap_or_else(|_| {
+                    let seconds = deadline.as_secs_f64();
+                    Err(CallError::Deadline { service: self.name.clone(), seconds })
+                }),
+            }
+        };
+        self.shutdown.unless_requested(in_time).await.unwrap_or(Err(CallError::Shutdown))
     }
 
     /// Asks until there is an answer, at most until the deadline.
@@ -82,19 +104,36 @@ impl<S: RosService> ServiceClient<S> {
         request: S::Request,
         deadline: Option<Duration>,
     ) -> Result<S::Response, CallError> {
-        let answer = self.call_until(request, deadline);
+        self.answer(self.send(request), deadline).await
+    }
+
+    /// Sends a request and returns at once: there may be something to do until the answer comes.
+    pub fn send(&self, request: S::Request) -> Call<S> {
+        // If it cannot be sent now, it is sent when its answer is waited for.
+        let sent = self.client.send_request(request.clone()).ok();
+        Call { request, sent }
+    }
+
+    /// Waits for the answer to a request, and asks again if it does not come.
+    pub async fn answer(
+        &self,
+        call: Call<S>,
+        deadline: Option<Duration>,
+    ) -> Result<S::Response, CallError> {
+        let answer = self.answer_until(call, deadline);
         self.shutdown.unless_requested(answer).await.unwrap_or(Err(CallError::Shutdown))
     }
 
-    async fn call_until(
+    async fn answer_until(
         &self,
-        request: S::Request,
+        call: Call<S>,
         deadline: Option<Duration>,
     ) -> Result<S::Response, CallError> {
+        let Call { request, mut sent } = call;
         let start = Instant::now();
         let mut wait = FIRST_WAIT;
         loop {
-            let attempt = self.attempt(request.clone());
+            let attempt = self.attempt(&request, sent.take());
             let end = match deadline {
                 Some(deadline) => (Instant::now() + wait).min(start + deadline),
                 None => Instant::now() + wait,
@@ -107,7 +146,7 @@ impl<S: RosService> ServiceClient<S> {
                 return Err(CallError::Deadline { service: self.name.clone(), seconds });
             }
             let waited = start.elapsed().as_secs_f64();
-            // The first repetition is everyday life while the two sides find each other.
+            // The first repetitions are everyday life while the two sides find each other.
             if wait < LONGEST_WAIT {
                 debug!("no answer from {} for {waited:.1} s: asking again", self.name);
             } else {
@@ -117,10 +156,25 @@ impl<S: RosService> ServiceClient<S> {
         }
     }
 
-    async fn attempt(&self, request: S::Request) -> Result<S::Response, CallError> {
-        let id = loop {
+    async fn attempt(
+        &self,
+        request: &S::Request,
+        sent: Option<RmwRequestId>,
+    ) -> Result<S::Response, CallError> {
+        let id = match sent {
+            Some(id) => id,
+            None => self.send_when_possible(request).await?,
+        };
+        self.client.async_receive_response(id).await.map_err(|error| CallError::Unreadable {
+            service: self.name.clone(),
+            reason: error.to_string(),
+        })
+    }
+
+    async fn send_when_possible(&self, request: &S::Request) -> Result<RmwRequestId, CallError> {
+        loop {
             match self.client.async_send_request(request.clone()).await {
-                Ok(id) => break id,
+                Ok(id) => return Ok(id),
                 // The send window is full of what a reader that went away never acknowledged.
                 Err(WriteError::WouldBlock { .. }) => sleep(SEND_RETRY).await,
                 Err(error) => {
@@ -128,10 +182,12 @@ impl<S: RosService> ServiceClient<S> {
                     return Err(CallError::Unsendable { service, reason });
                 }
             }
-        };
-        self.client.async_receive_response(id).await.map_err(|error| CallError::Unreadable {
-            service: self.name.clone(),
-            reason: error.to_string(),
-        })
+        }
     }
+}
+
+/// A request whose answer has not been waited for yet.
+pub struct Call<S: RosService> {
+    request: S::Request,
+    sent: Option<RmwRequestId>,
 }

@@ -1,6 +1,6 @@
 //! `sim_node [oracle]`: see `--help`.
 
-use std::{fs, path::PathBuf, process::ExitCode};
+use std::{fs, num::NonZeroU64, path::PathBuf, process::ExitCode};
 
 use anyhow::Context;
 use clap::{Parser, Subcommand};
@@ -36,6 +36,8 @@ enum Command {
 #[derive(Serialize)]
 struct OracleResult {
     scenario: String,
+    /// The seeds of the resets.
+    seeds: Vec<NonZeroU64>,
     /// For each seed; null where obstacles move, or where there is no way out.
     steps: Vec<Option<u32>>,
     /// Over all the seeds; null if one of them has no number.
@@ -53,7 +55,7 @@ fn main() -> ExitCode {
 }
 
 fn run() -> anyhow::Result<()> {
-    let arguments = Arguments::parse(std::env::args())?;
+    let arguments = Arguments::from_environment()?;
     match CommandLine::parse_from(&arguments.program).command {
         None => ros::run(&arguments),
         Some(Command::Oracle { scenario, seeds }) => {
@@ -69,17 +71,18 @@ fn oracle(arguments: &Arguments, scenario: Scenario, seeds: &str) -> anyhow::Res
     let naming = Naming::new("sim_node", &arguments.remaps)?;
     let room = ros::declare_room(&Parameters::new(&naming, arguments)?)?;
     let mut world = World::new(room.world, scenario, room.seed)?;
-    let mut steps = Vec::new();
+    let (mut all, mut steps) = (Vec::new(), Vec::new());
     for (line, seed) in seeds.lines().enumerate() {
         let seed = seed.trim().parse().with_context(|| {
             format!("line {}: '{seed}' is no seed: expected a number from 1", line + 1)
         })?;
         world.reset(Some(seed), Some(scenario))?;
+        all.push(seed);
         steps.push(fewest_steps(&world));
     }
     let known: Option<Vec<u32>> = steps.iter().copied().collect();
     let mean_steps = known
         .filter(|known| !known.is_empty())
         .map(|known| known.iter().map(|n| f64::from(*n)).sum::<f64>() / known.len() as f64);
-    Ok(OracleResult { scenario: scenario.name().to_owned(), steps, mean_steps })
+    Ok(OracleResult { scenario: scenario.name().to_owned(), seeds: all, steps, mean_steps })
 }

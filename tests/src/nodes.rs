@@ -152,9 +152,14 @@ impl Nodes {
     }
 
     fn start_with(&mut self, name: &str, arguments: &[&str]) {
+        self.start_beside(name, name, arguments);
+    }
+
+    /// Starts a node's program with any arguments, as a process known by `name`.
+    pub fn start_beside(&mut self, program: &str, name: &str, arguments: &[&str]) {
         self.started += 1;
         let log = self.path(&format!("{name}-{}.log", self.started));
-        let mut process = self.command(binary(name));
+        let mut process = self.command(binary(program));
         process.args(arguments);
         let output = File::options().append(true).create(true).open(&log).expect("a log file");
         process.stdout(output.try_clone().expect("a second handle")).stderr(output);

@@ -15,6 +15,7 @@ use sim_node::{
 pub struct Room {
     world: World,
     camera: Camera,
+    action: Option<Action>,
 }
 
 impl Room {
@@ -22,7 +23,7 @@ impl Room {
     pub fn new(settings: WorldSettings) -> Room {
         let world = World::new(settings, Scenario::Empty, 0).expect("nothing is held fixed");
         let camera = Camera::new(CameraSettings::default()).expect("the default mount is possible");
-        Room { world, camera }
+        Room { world, camera, action: None }
     }
 
     fn image(&self) -> Image {
@@ -39,10 +40,15 @@ impl Environment for Room {
         Ok(self.image())
     }
 
-    fn step(&mut self, decision: &Decision) -> Result<Step, EnvironmentError> {
-        let refused = |error: String| EnvironmentError::Refused(error);
+    fn begin_step(&mut self, decision: &Decision) -> Result<(), EnvironmentError> {
         let action = Action::try_from(decision.action.index());
-        let action = action.map_err(|error| refused(error.to_string()))?;
+        self.action = Some(action.map_err(|e| EnvironmentError::Refused(e.to_string()))?);
+        Ok(())
+    }
+
+    fn finish_step(&mut self) -> Result<Step, EnvironmentError> {
+        let refused = |error: String| EnvironmentError::Refused(error);
+        let action = self.action.take().ok_or_else(|| refused("no step was begun".into()))?;
         let outcome = self.world.step(action).map_err(|error| refused(error.to_string()))?;
         Ok(Step {
             image: self.image(),

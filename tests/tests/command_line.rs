@@ -76,7 +76,7 @@ fn missing_and_damaged_models() {
     let bytes = fs::read(&checkpoint).expect("the checkpoint");
     let resume = ["train", "--ros-args", "-p", "resume:=true", "-p", "episodes:=2", "-p", &out];
     let other = [&resume[..], &["-p", "seed:=9"]].concat();
-    assert!(complaint(&nodes, "agent_node", &other).contains("does not fit: it is of"));
+    assert!(complaint(&nodes, "agent_node", &other).contains("does not fit: its seed is 0, not 9"));
     fs::write(&checkpoint, &bytes[..bytes.len() - 100]).expect("most of it");
     let line = complaint(&nodes, "agent_node", &resume);
     assert!(line.contains("checkpoint.safetensors is damaged"), "{line}");

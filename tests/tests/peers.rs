@@ -22,7 +22,7 @@ fn cyclone_dds_reads_the_images_of_a_training() {
     let mut nodes = Nodes::new();
     let out = format!("out:='{}'", nodes.path("run").display());
     nodes.start_simulator(&[]);
-    nodes.start_agent("train", &["episodes:=1000000", &out]);
+    nodes.start_agent("train", &["episodes:=100000", &out]);
     for options in [&[][..], &["--best-effort"]] {
         let images = read_images(&nodes, options);
         let expected = serde_json::json!({

@@ -1,8 +1,13 @@
 //! The scripts, as a newcomer runs them.
 
-use std::fs;
+use std::{
+    fs,
+    os::unix::process::CommandExt,
+    process::{Command, Stdio},
+    time::{Duration, Instant},
+};
 
-use evac_tests::{Nodes, binary, repository};
+use evac_tests::{Nodes, PATIENCE, binary, repository};
 
 #[test]
 fn train_and_evaluate_leave_their_files() {
@@ -68,4 +73,47 @@ fn train_and_evaluate_leave_their_files() {
         let (status, text) = script(name, arguments);
         assert!(!status.success() && text.contains(expected), "{name} {arguments:?}: {text}");
     }
+}
+
+#[test]
+fn ctrl_c_in_a_terminal_saves_the_training_and_leaves_nothing_running() {
+    let nodes = Nodes::new();
+    binary("agent_node");
+    let home = nodes.path("it's home");
+    fs::create_dir(&home).expect("a directory");
+    let out = home.join("run");
+    let temporary = nodes.path("temporary");
+    fs::create_dir(&temporary).expect("a directory");
+    // A process group of its own, as a terminal gives to a command.
+    let mut train = nodes.command(repository().join("launch_scripts/train.sh"));
+    train
+        .process_group(0)
+        .env("TMPDIR", &temporary)
+        .args(["--episodes", "100000", "--out"])
+        .arg(&out);
+    let log = nodes.path("train.log");
+    let file = fs::File::create(&log).expect("a log");
+    let mut child = train.stderr(file).spawn().expect("the script runs");
+    let end = Instant::now() + 5 * PATIENCE;
+    let text = || fs::read_to_string(&log).unwrap_or_default();
+    // The first line about the training comes after 50 episodes; by then there is something to save.
+    while !text().contains("training 50/") {
+        assert!(Instant::now() < end, "{}", text());
+        assert!(child.try_wait().expect("it is our child").is_none(), "{}", text());
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let group = format!("-{}", child.id());
+    let signal = |name: &str| {
+        let kill =
+            Command::new("kill").args(["-s", name, "--", &group]).stderr(Stdio::null()).status();
+        kill.expect("kill runs").success()
+    };
+    assert!(signal("INT"));
+    let status = child.wait().expect("it is our child");
+    assert_eq!(status.code(), Some(0), "{}", text());
+    assert!(text().contains("the same command with --resume goes on"), "{}", text());
+    assert!(out.join("checkpoint.safetensors").exists());
+    assert_eq!(fs::read_dir(&temporary).expect("it is ours").count(), 0);
+    // Signal 0 asks whether there is anybody.
+    assert!(!signal("0"), "something is still running:\n{}", text());
 }

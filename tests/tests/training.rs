@@ -82,7 +82,7 @@ fn a_run_leaves_its_files_and_its_config_repeats_it() {
     let out = nodes.path("run");
     // The agent first: it waits.
     start_agent(&mut nodes, &out, "one_cylinder", &["epsilon_min:=0.2"]);
-    nodes.wait_for_log("agent_node", "waiting for the simulator's service /reset");
+    nodes.wait_for_log("agent_node", "waiting for the service /reset");
     start_simulator(&mut nodes);
     nodes.succeed("agent_node", TRAINING);
     let first = left_by(&out);
@@ -191,8 +191,65 @@ fn both_nodes_end_at_once_when_they_are_told_to() {
         // The agent alone, waiting for a simulator that is not there.
         let other = nodes.path("other");
         start_agent(&mut nodes, &other, "empty", &[]);
-        nodes.wait_for_log("agent_node", "waiting for the simulator's service");
+        nodes.wait_for_log("agent_node", "waiting for the service");
         nodes.signal("agent_node", signal);
         nodes.succeed("agent_node", Duration::from_secs(20));
     }
+}
+
+#[test]
+fn a_pair_in_a_namespace_meets_there_and_its_config_is_complete() {
+    let mut nodes = Nodes::new();
+    let out = nodes.path("run");
+    let names = ["-r", "__ns:=/robot1"];
+    // Another room in the same domain, which must stay out of it.
+    nodes.start_simulator(&["max_steps:=3"]);
+    nodes.start_beside(
+        "sim_node",
+        "room",
+        &[&["--ros-args"], &names[..], &["-r", "__node:=room"]].concat(),
+    );
+    let out_parameter = format!("out:='{}'", out.display());
+    let mut arguments = vec!["train", "--ros-args"];
+    arguments.extend(names);
+    for parameter in [
+        "episodes:=2",
+        "epsilon_min:=1.0",
+        "evaluation_episodes:=0",
+        "simulator:=room",
+        &out_parameter,
+    ] {
+        arguments.extend(["-p", parameter]);
+    }
+    nodes.start_beside("agent_node", "agent_node", &arguments);
+    nodes.succeed("agent_node", TRAINING);
+    assert!(nodes.log("room").contains("[robot1.room]: the room is open"));
+    let config = fs::read_to_string(out.join("config.yaml")).expect("config.yaml");
+    for line in ["/**/agent_node:", "/**/sim_node:", "heading_deviation:", "max_steps: 10000"] {
+        assert!(config.contains(line), "{line} is missing in\n{config}");
+    }
+}
+
+#[test]
+fn a_simulator_that_was_stopped_and_continued_says_so_and_ends() {
+    let mut nodes = Nodes::new();
+    let out = nodes.path("run");
+    start_simulator(&mut nodes);
+    start_agent(&mut nodes, &out, "empty", &[]);
+    nodes.wait_for_steps(40);
+    nodes.signal("sim_node", "STOP");
+    nodes.signal("sim_node", "CONT");
+    let status = nodes.wait("sim_node", evac_tests::PATIENCE);
+    assert_eq!(status.code(), Some(1));
+    let log = nodes.log("sim_node");
+    assert!(log.contains("the process was stopped and continued"), "{log}");
+    start_simulator(&mut nodes);
+    nodes.succeed("agent_node", TRAINING);
+    assert_same(&left_by(&out), &in_process("empty", &nodes.path("here")));
+}
+
+#[test]
+fn both_nodes_know_the_same_rooms() {
+    let names = sim_node::world::Scenario::ALL.map(|scenario| scenario.name());
+    assert_eq!(agent_node::ros::SCENARIOS, names);
 }

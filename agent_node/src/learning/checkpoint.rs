@@ -3,7 +3,7 @@
 //! `checkpoint.safetensors` holds the weights of both networks, Adam's moments, the replay memory
 //! and, as JSON under its only metadata key, the progress and the state of every random sequence.
 
-use std::{collections::HashMap, path::Path};
+use std::{collections::HashMap, fmt::Display, path::Path, time::Duration};
 
 use candle_core::{DType, Device, Tensor};
 use rand::SeedableRng;
@@ -60,12 +60,15 @@ struct State {
     scenario: String,
     episodes: u32,
     seed: u64,
+    settings: Settings,
     progress: Progress,
     adam_step: u64,
     exploration_random: RandomState,
     replay_random: RandomState,
     /// The number of the first image in the file.
     first_image: u64,
+    /// The index of the oldest experience, which is the first in the file.
+    oldest: usize,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -117,11 +120,13 @@ impl Training {
             scenario: self.plan.scenario.clone(),
             episodes: self.plan.episodes,
             seed: self.plan.seed,
+            settings: learner.settings.clone(),
             progress: self.progress.clone(),
             adam_step: learner.adam.step,
             exploration_random: RandomState::of(&learner.exploration_random),
             replay_random: RandomState::of(&learner.replay_random),
             first_image: needed.start,
+            oldest: memory.oldest_index(),
         };
         let device = &Device::Cpu;
         let mut tensors: Vec<(String, Tensor)> = Vec::new();
@@ -172,11 +177,20 @@ impl Training {
             let reason = format!("it has version {}, expected {VERSION}", state.version);
             return Err(does_not_fit(path, reason));
         }
-        let saved = Plan { scenario: state.scenario, episodes: state.episodes, seed: state.seed };
-        if saved != plan {
-            let reason = format!("it is of {saved:?}, not of {plan:?}");
-            return Err(does_not_fit(path, reason));
+        let differs = |name: &str, saved: &dyn Display, given: &dyn Display| {
+            let reason = format!("its {name} is {saved}, not {given}");
+            Err(does_not_fit(path, reason))
+        };
+        if state.scenario != plan.scenario {
+            return differs("scenario", &state.scenario, &plan.scenario);
+        } else if state.episodes != plan.episodes {
+            return differs("episodes", &state.episodes, &plan.episodes);
+        } else if state.seed != plan.seed {
+            return differs("seed", &state.seed, &plan.seed);
+        } else if state.settings != settings {
+            return Err(does_not_fit(path, difference(&state.settings, &settings)));
         }
+        state.check().map_err(damaged)?;
         let mut training =
             Training::new(plan, settings).map_err(|error| does_not_fit(path, error))?;
         let learner = &mut training.learner;
@@ -189,11 +203,17 @@ impl Training {
             let saved = tensors.get(&format!("adam.{name}"));
             let saved =
                 saved.filter(|saved| saved.dims() == moments.dims() && saved.dtype() == DType::F32);
-            *moments = saved.ok_or_else(|| damaged(format!("adam.{name} is missing")))?.clone();
+            let saved = saved.ok_or_else(|| damaged(format!("adam.{name} is missing")))?;
+            let numbers = saved.flatten_all().and_then(|all| all.to_vec1::<f32>());
+            if !numbers.is_ok_and(|numbers| numbers.iter().all(|number| number.is_finite())) {
+                return Err(damaged(format!("adam.{name} holds a number that is not finite")));
+            }
+            *moments = saved.clone();
         }
         learner.adam.step = state.adam_step;
-        learner.memory = memory(&tensors, learner.settings.memory_capacity, state.first_image)
-            .map_err(damaged)?;
+        let capacity = learner.settings.memory_capacity;
+        learner.memory =
+            memory(&tensors, capacity, state.first_image, state.oldest).map_err(damaged)?;
         learner.exploration_random = state.exploration_random.restore().map_err(damaged)?;
         learner.replay_random = state.replay_random.restore().map_err(damaged)?;
         training.progress = state.progress;
@@ -201,10 +221,52 @@ impl Training {
     }
 }
 
+impl State {
+    /// Whether the numbers are such as a training may have.
+    fn check(&self) -> Result<(), String> {
+        let progress = &self.progress;
+        // A hundred years, and more images and updates than they could bring.
+        const LONGEST: Duration = Duration::from_secs(100 * 365 * 86_400);
+        const MOST: u64 = 1 << 48;
+        let problem = if progress.records.len() > self.episodes as usize {
+            "it has more records than episodes"
+        } else if progress.wall > LONGEST || progress.update_time > LONGEST {
+            "it took more than a hundred years"
+        } else if self.first_image > MOST || progress.total_steps > MOST || progress.updates > MOST
+        {
+            "it has more steps than anybody can make"
+        } else if self.adam_step != progress.updates {
+            "Adam counts other updates than the training"
+        } else {
+            return Ok(());
+        };
+        Err(problem.to_owned())
+    }
+}
+
+/// Which hyperparameters differ, for people.
+fn difference(saved: &Settings, given: &Settings) -> String {
+    // Through JSON, which knows the names of the fields.
+    let fields = |settings: &Settings| match serde_json::to_value(settings) {
+        Ok(serde_json::Value::Object(fields)) => fields,
+        _ => serde_json::Map::new(),
+    };
+    let given = fields(given);
+    let differing =
+        fields(saved).into_iter().filter(|(name, value)| given.get(name) != Some(value));
+    let parts: Vec<String> = differing
+        .map(|(name, value)| {
+            format!("its {name} is {value}, not {}", given.get(&name).unwrap_or(&value))
+        })
+        .collect();
+    parts.join("; ")
+}
+
 fn memory(
     tensors: &HashMap<String, Tensor>,
     capacity: usize,
     first_image: u64,
+    oldest: usize,
 ) -> Result<ReplayMemory, String> {
     let tensor = |name: &str| {
         let name = format!("memory.{name}");
@@ -232,8 +294,10 @@ fn memory(
         let (Some(action), true) = (action, reward.is_finite()) else {
             return Err(format!("experience {index} has a wrong action or reward"));
         };
-        if states[index] as usize >= count || next_states[index] as usize >= count {
-            return Err(format!("experience {index} points at an image that is not there"));
+        let (state, next_state) = (states[index], next_states[index]);
+        let in_order = index == 0 || state >= next_states[index - 1];
+        if next_state as usize >= count || state.checked_add(1) != Some(next_state) || !in_order {
+            return Err(format!("experience {index} points at an image that is not its own"));
         }
         experiences.push(Experience {
             state: first_image + u64::from(states[index]),
@@ -246,7 +310,11 @@ fn memory(
     if count > 2 * capacity + 2 || images.len() != count * Image::BYTES {
         return Err(format!("memory.images has {} bytes", images.len()));
     }
-    Ok(ReplayMemory::restore(capacity, experiences, first_image, &images))
+    // Until the memory is full, the oldest experience is the first.
+    if oldest != 0 && (length < capacity || oldest >= length) {
+        return Err(format!("the oldest of {length} experiences cannot have the index {oldest}"));
+    }
+    Ok(ReplayMemory::restore(capacity, experiences, oldest, first_image, &images))
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, LoadError> {
@@ -266,4 +334,70 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<Parsed, LoadError> {
 
 fn does_not_fit(path: &Path, reason: impl ToString) -> LoadError {
     LoadError::DoesNotFit { path: path.display().to_string(), reason: reason.to_string() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::learning::settings::Preset;
+
+    fn plan() -> Plan {
+        Plan { scenario: "empty".into(), episodes: 10, seed: 3 }
+    }
+
+    fn load(bytes: &[u8], plan: Plan, settings: Settings) -> Result<Training, String> {
+        let directory = tempfile::tempdir().unwrap();
+        let file = directory.path().join("checkpoint.safetensors");
+        std::fs::write(&file, bytes).unwrap();
+        Training::load(&file, plan, settings).map_err(|error| error.to_string())
+    }
+
+    /// The file with another text in its state.
+    fn with_state(bytes: &[u8], from: &str, to: &str) -> Vec<u8> {
+        let (length, rest) = bytes.split_at(8);
+        let length = u64::from_le_bytes(length.try_into().unwrap()) as usize;
+        let (header, tensors) = rest.split_at(length);
+        // The state is a JSON text within the header's JSON.
+        let escaped = |text: &str| text.replace('"', "\\\"");
+        let header = std::str::from_utf8(header).unwrap();
+        assert!(header.contains(&escaped(from)), "no {from} in the checkpoint");
+        let header = header.replace(&escaped(from), &escaped(to));
+        [&(header.len() as u64).to_le_bytes(), header.as_bytes(), tensors].concat()
+    }
+
+    #[test]
+    fn a_checkpoint_of_another_training_is_refused_by_what_differs() {
+        let settings = Preset::Paper.settings();
+        let bytes = Training::new(plan(), settings.clone()).unwrap().checkpoint_bytes().unwrap();
+        assert!(load(&bytes, plan(), settings.clone()).is_ok());
+        let message = |plan, settings| load(&bytes, plan, settings).unwrap_err();
+        let other = Plan { seed: 4, ..plan() };
+        assert!(message(other, settings.clone()).ends_with("does not fit: its seed is 3, not 4"));
+        let other = Settings { discount: 0.9, batch_size: 32, ..settings };
+        let message = message(plan(), other);
+        assert!(message.contains("its batch_size is 50, not 32"), "{message}");
+        assert!(message.contains("its discount is 0.999, not 0.9"), "{message}");
+    }
+
+    #[test]
+    fn numbers_that_no_training_has_are_refused() {
+        let settings = Preset::Paper.settings();
+        let bytes = Training::new(plan(), settings.clone()).unwrap().checkpoint_bytes().unwrap();
+        assert!(load(&with_state(&bytes, "empty", "empty"), plan(), settings.clone()).is_ok());
+        for (from, to) in [
+            (r#""wall":{"secs":0"#, r#""wall":{"secs":18446744073709551615"#),
+            (r#""first_image":0"#, r#""first_image":18446744073709551000"#),
+            (r#""first_image":0"#, r#""first_image":x"#),
+            (r#""total_steps":0"#, r#""total_steps":18446744073709551000"#),
+            (r#""adam_step":0"#, r#""adam_step":7"#),
+            (r#""version":1"#, r#""version":2"#),
+            (r#""position":"0""#, r#""position":"y""#),
+        ] {
+            let result = load(&with_state(&bytes, from, to), plan(), settings.clone());
+            assert!(result.is_err(), "{to} is accepted");
+        }
+        for cut in [0, 7, 8, 100, bytes.len() / 2, bytes.len() - 1] {
+            assert!(load(&bytes[..cut], plan(), settings.clone()).is_err(), "{cut} bytes");
+        }
+    }
 }

@@ -19,8 +19,9 @@ use super::{
 pub struct Decision {
     /// The action.
     pub action: Action,
-    /// The values that the training network gives the seven actions.
-    pub values: [f32; Action::COUNT],
+    /// The values that the training network gives the seven actions; none if this repeats a decision
+    /// of before, which nobody needs to hear of again.
+    pub values: Option<[f32; Action::COUNT]>,
     /// Whether chance chose the action, and not its value.
     pub explored: bool,
 }
@@ -81,7 +82,7 @@ impl DynaQ {
             true => random_action(&mut self.exploration_random),
             false => Action::greatest(&values),
         };
-        Ok(Decision { action, values, explored })
+        Ok(Decision { action, values: Some(values), explored })
     }
 
     /// The first state of an episode.
@@ -97,19 +98,37 @@ impl DynaQ {
     /// Experience replay: one update of the training network from a batch of memories. Returns the
     /// loss, or `None` while there are too few memories.
     pub fn plan(&mut self) -> Result<Option<f32>> {
-        let Some(indices) = self.memory.draw(self.settings.batch_size, &mut self.replay_random)
-        else {
-            return Ok(None);
-        };
-        let batch = self.batch(&indices)?;
+        match self.draw() {
+            Some(indices) => self.update(&indices).map(Some),
+            None => Ok(None),
+        }
+    }
+
+    /// Draws the batch of an update.
+    pub(super) fn draw(&mut self) -> Option<Vec<usize>> {
+        self.memory.draw(self.settings.batch_size, false, &mut self.replay_random)
+    }
+
+    /// Draws the batch of the update that follows the next experience, which is not there yet.
+    pub(super) fn draw_ahead(&mut self) -> Option<Vec<usize>> {
+        self.memory.draw(self.settings.batch_size, true, &mut self.replay_random)
+    }
+
+    /// One update of the training network from the experiences with these indices. Nothing is
+    /// changed if the loss is not finite.
+    pub(super) fn update(&mut self, indices: &[usize]) -> Result<f32> {
+        let batch = self.batch(indices)?;
         let loss = loss(&self.train, &self.target, &batch)?;
-        self.adam.update(&loss.backward()?)?;
-        loss.to_scalar().map(Some)
+        let value: f32 = loss.to_scalar()?;
+        if value.is_finite() {
+            self.adam.update(&loss.backward()?)?;
+        }
+        Ok(value)
     }
 
     /// Moves the target network towards the training network (eq. 6).
     pub fn end_episode(&mut self) -> Result<()> {
-        self.target.move_towards(&self.train, self.settings.target_update)
+        self.target.move_towards(&self.train, self.settings.target_update as f32)
     }
 
     /// The network that is being trained.
@@ -132,7 +151,7 @@ impl DynaQ {
             Image::write_input(self.memory.image(experience.next_state), next_row);
             actions.push(u32::from(experience.action.index()));
             rewards.push(experience.reward);
-            discounts.push(if experience.terminated { 0.0 } else { self.settings.discount });
+            discounts.push(if experience.terminated { 0.0 } else { self.settings.discount as f32 });
         }
         let device = &Device::Cpu;
         Ok(Batch {
@@ -235,7 +254,7 @@ mod tests {
         for _ in 0..100 {
             let decision = learner.act(&image(9), 0.0).unwrap();
             assert!(!decision.explored);
-            assert_eq!(decision.action, Action::greatest(&decision.values));
+            assert_eq!(decision.action, Action::greatest(&decision.values.unwrap()));
         }
     }
 

@@ -61,7 +61,8 @@ pub fn run_test(
         let mut result = TestEpisode { episode, steps: 0, blocked: 0, escaped: false };
         while result.steps < plan.max_steps {
             let values = network.values(&image)?;
-            let decision = Decision { action: Action::greatest(&values), values, explored: false };
+            let action = Action::greatest(&values);
+            let decision = Decision { action, values: Some(values), explored: false };
             listener.step(episode, result.steps, &image, &decision);
             let step = room.step(&decision)?;
             result.steps += 1;
@@ -119,14 +120,14 @@ impl Evaluation {
             if episodes.is_empty() { 0.0 } else { number as f64 / count }
         };
         let escaped: Vec<&TestEpisode> = episodes.iter().filter(|e| e.escaped).collect();
-        let steps: u32 = episodes.iter().map(|e| e.steps).sum();
-        let blocked: u32 = episodes.iter().map(|e| e.blocked).sum();
-        let escape_steps: u32 = escaped.iter().map(|e| e.steps).sum();
+        let steps: u64 = episodes.iter().map(|e| u64::from(e.steps)).sum();
+        let blocked: u64 = episodes.iter().map(|e| u64::from(e.blocked)).sum();
+        let escape_steps: u64 = escaped.iter().map(|e| u64::from(e.steps)).sum();
         // One number for each episode, or none at all.
-        let fewest: Option<Vec<u32>> = fewest_steps
+        let fewest: Option<Vec<u64>> = fewest_steps
             .filter(|fewest| fewest.len() == episodes.len() && !fewest.is_empty())
-            .and_then(|fewest| fewest.iter().copied().collect());
-        let fewest_of_escapes: Option<u32> =
+            .and_then(|fewest| fewest.iter().map(|steps| steps.map(u64::from)).collect());
+        let fewest_of_escapes: Option<u64> =
             fewest.as_ref().map(|all| escaped.iter().map(|e| all[e.episode as usize]).sum());
         Evaluation {
             scenario: plan.scenario.clone(),
@@ -135,8 +136,8 @@ impl Evaluation {
             success_rate: share(escaped.len()),
             max_steps: plan.max_steps,
             seed: plan.seed,
-            mean_steps: ratio(escape_steps, escaped.len() as u32),
-            oracle_mean_steps: fewest.and_then(|all| ratio(all.iter().sum(), all.len() as u32)),
+            mean_steps: ratio(escape_steps, escaped.len() as u64),
+            oracle_mean_steps: fewest.and_then(|all| ratio(all.iter().sum(), all.len() as u64)),
             optimality_ratio: fewest_of_escapes.and_then(|fewest| ratio(escape_steps, fewest)),
             blocked_per_100_steps: ratio(100 * blocked, steps).unwrap_or(0.0),
             collision_free_rate: share(episodes.iter().filter(|e| e.blocked == 0).count()),
@@ -144,8 +145,8 @@ impl Evaluation {
     }
 }
 
-fn ratio(numerator: u32, denominator: u32) -> Option<f64> {
-    (denominator > 0).then(|| f64::from(numerator) / f64::from(denominator))
+fn ratio(numerator: u64, denominator: u64) -> Option<f64> {
+    (denominator > 0).then(|| numerator as f64 / denominator as f64)
 }
 
 #[cfg(test)]

@@ -1,7 +1,9 @@
 //! Exploration against exploitation: epsilon-greedy with a decaying epsilon (eq. 4).
 
+use serde::{Deserialize, Serialize};
+
 /// How epsilon decays over a training.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EpsilonDecay {
     /// The exploration probability that is approached.
     pub minimum: f64,

@@ -51,10 +51,12 @@ impl ReplayMemory {
         }
     }
 
-    /// A memory as it was: its experiences from the oldest on, the images from number `first` on.
+    /// A memory as it was: its experiences from the oldest on, which has the index `oldest`; the
+    /// images from number `first` on. Indices are what updates draw, so they must be the same.
     pub(super) fn restore(
         capacity: usize,
-        experiences: Vec<Experience>,
+        mut experiences: Vec<Experience>,
+        oldest: usize,
         first: u64,
         images: &[u8],
     ) -> ReplayMemory {
@@ -63,7 +65,8 @@ impl ReplayMemory {
         for image in images.chunks_exact(Image::BYTES) {
             memory.push_image(image);
         }
-        memory.experiences = experiences;
+        experiences.rotate_right(oldest);
+        (memory.experiences, memory.oldest) = (experiences, oldest);
         memory
     }
 
@@ -96,14 +99,28 @@ impl ReplayMemory {
     }
 
     /// Draws `count` different experiences uniformly, as indices for [`ReplayMemory::get`]; `None`
-    /// while there are fewer. What is drawn depends on the generator and the length only.
-    pub fn draw(&self, count: usize, random: &mut impl Rng) -> Option<Vec<usize>> {
-        (self.len() >= count).then(|| index::sample(random, self.len(), count).into_vec())
+    /// while there are fewer.
+    ///
+    /// What is drawn depends on the generator and the length only. So it is known before an
+    /// experience is there: with `one_more`, the draw is that after the next [`ReplayMemory::store`].
+    pub fn draw(&self, count: usize, one_more: bool, random: &mut impl Rng) -> Option<Vec<usize>> {
+        let length = (self.len() + usize::from(one_more)).min(self.capacity);
+        (length >= count).then(|| index::sample(random, length, count).into_vec())
+    }
+
+    /// The index that the next experience will have.
+    pub fn next_index(&self) -> usize {
+        if self.len() < self.capacity { self.len() } else { self.oldest }
     }
 
     /// The experience at an index below [`ReplayMemory::len`].
     pub fn get(&self, index: usize) -> Experience {
         self.experiences[index]
+    }
+
+    /// The index of the oldest experience.
+    pub(super) fn oldest_index(&self) -> usize {
+        self.oldest
     }
 
     /// The bytes of the image with a number that an experience holds.
@@ -188,6 +205,7 @@ mod tests {
                 number += 1;
             }
             prop_assert_eq!(memory.len(), model.len());
+            prop_assert!(memory.next_index() <= memory.len());
             for (experience, (state, action, terminated, next)) in memory.oldest_first().zip(model) {
                 prop_assert_eq!(memory.image(experience.state), state.bytes());
                 prop_assert_eq!(memory.image(experience.next_state), next.bytes());
@@ -205,10 +223,10 @@ mod tests {
             memory.store(Action::try_from(0).unwrap(), -0.1, false, &image(number));
         }
         let mut random = ChaCha8Rng::from_seed([1; 32]);
-        assert_eq!(memory.draw(61, &mut random), None);
+        assert_eq!(memory.draw(61, false, &mut random), None);
         let mut counts = [0u32; 60];
         for _ in 0..6000 {
-            let batch = memory.draw(20, &mut random).unwrap();
+            let batch = memory.draw(20, false, &mut random).unwrap();
             assert_eq!(batch.iter().collect::<HashSet<_>>().len(), 20);
             batch.into_iter().for_each(|index| counts[index] += 1);
         }

@@ -2,6 +2,7 @@
 
 use std::{fmt, str::FromStr};
 
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::exploration::EpsilonDecay;
@@ -60,7 +61,7 @@ impl FromStr for Preset {
 }
 
 /// The hyperparameters of deep Dyna-Q.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Neurons of each hidden layer.
     pub hidden_layers: Vec<usize>,
@@ -73,7 +74,7 @@ pub struct Settings {
     /// Dyna-Q's n: updates per step.
     pub planning_steps: usize,
     /// Gamma.
-    pub discount: f32,
+    pub discount: f64,
     /// Alpha, the step size of Adam.
     pub learning_rate: f64,
     /// Decay of Adam's mean of the gradients.
@@ -83,5 +84,5 @@ pub struct Settings {
     /// What keeps Adam from dividing by zero; 1e-7 is TensorFlow's.
     pub adam_epsilon: f64,
     /// Tau of eq. 6.
-    pub target_update: f32,
+    pub target_update: f64,
 }

@@ -12,7 +12,7 @@ use super::{
     seeds::{Purpose, episode_seed},
     settings::Settings,
 };
-use crate::environment::{Environment, EnvironmentError};
+use crate::environment::{Environment, EnvironmentError, Step};
 
 /// What a training is of, apart from the method's own numbers.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,13 +79,21 @@ pub struct CurrentEpisode {
     pub losses: u32,
     /// Blocked moves so far.
     pub blocked: u32,
+    /// The step that was begun, if its end has not been seen.
+    pub begun: Option<BegunStep>,
+}
+
+/// A step under way.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BegunStep {
+    /// The index of its action.
+    pub action: u8,
+    /// Updates that belong to it and are made already.
+    pub updates: u32,
 }
 
 /// Who wants to know how the training goes.
 pub trait Listener {
-    /// The agent has decided and the room has answered.
-    fn step(&mut self, _training: &Training, _decision: &Decision) {}
-
     /// An episode has ended; its record is the last one.
     fn episode(&mut self, training: &Training) -> anyhow::Result<()>;
 }
@@ -132,27 +140,28 @@ impl Training {
         self.progress.update_time.as_secs_f64() * 1e6 / self.progress.updates.max(1) as f64
     }
 
-    /// Trains until all episodes are done. After an error the training is as it was before the step
-    /// that failed: [`super::checkpoint`] can save it, and `run` goes on from there.
+    /// Trains until all episodes are done. After an error of the room, [`super::checkpoint`] can save
+    /// the training, and `run` goes on from there as if nothing had happened.
     pub fn run(
         &mut self,
         room: &mut impl Environment,
         listener: &mut impl Listener,
     ) -> Result<(), TrainingError> {
+        let mut started = Instant::now();
         while self.episode() < self.plan.episodes {
-            self.run_episode(room, listener)?;
+            self.run_episode(room, &mut started)?;
             listener.episode(self)?;
         }
         Ok(())
     }
 
+    /// `counted` is the time up to which the wall time is counted.
     fn run_episode(
         &mut self,
         room: &mut impl Environment,
-        listener: &mut impl Listener,
+        counted: &mut Instant,
     ) -> Result<(), TrainingError> {
         let epsilon = self.epsilon();
-        let mut started = Instant::now();
         let seed = episode_seed(Purpose::Training, self.plan.seed, self.episode());
         let mut state = room.reset(seed, &self.plan.scenario)?;
         // Unless the episode was interrupted, this is a first image, and new.
@@ -162,8 +171,7 @@ impl Training {
         }
         // An interrupted episode: the room is brought back to where it was.
         for (step, index) in self.progress.current.actions.clone().into_iter().enumerate() {
-            let action = Action::try_from(index).map_err(anyhow::Error::from)?;
-            let again = room.step(&Decision::from(action))?;
+            let again = room.step(&Decision::from(action(index)?))?;
             state = again.image;
             if again.terminated || again.truncated {
                 let step = step as u32 + 1;
@@ -176,30 +184,25 @@ impl Training {
         }
         loop {
             // At time t the agent observes s_t and chooses a_t,
-            let before = self.learner.exploration_random.clone();
-            let decision = self.learner.act(&state, epsilon)?;
-            // then transitions to s_t+1 and receives R_t+1.
-            let step = match room.step(&decision) {
-                Ok(step) => step,
-                Err(error) => {
-                    // The step was not taken: taken later, it must be the same one.
-                    self.learner.exploration_random = before;
-                    return Err(error.into());
-                }
+            let decision = match self.progress.current.begun {
+                None => self.learner.act(&state, epsilon)?,
+                // unless it had chosen before it was interrupted,
+                Some(begun) => Decision::from(action(begun.action)?),
             };
-            self.learner.remember(decision.action, step.reward, step.terminated, &step.image);
-            // Experience replay is performed every time the agent takes a step.
-            for _ in 0..self.learner.settings.planning_steps {
-                self.plan_once()?;
-            }
+            let index = decision.action.index();
+            self.progress.current.begun.get_or_insert(BegunStep { action: index, updates: 0 });
+            // then transitions to s_t+1 and receives R_t+1. Experience replay is performed every time
+            // the agent takes a step: it begins while the room is at work.
+            room.begin_step(&decision)?;
+            let step = self.plan_and_finish_step(room, decision.action)?;
             let current = &mut self.progress.current;
-            current.actions.push(decision.action.index());
+            current.begun = None;
+            current.actions.push(index);
             current.episode_return += step.reward;
             current.blocked += u32::from(step.blocked);
             self.progress.total_steps += 1;
-            self.progress.wall += started.elapsed();
-            started = Instant::now();
-            listener.step(self, &decision);
+            self.progress.wall += counted.elapsed();
+            *counted = Instant::now();
             if step.terminated || step.truncated {
                 // The target network follows at the end of each episode.
                 self.learner.end_episode()?;
@@ -210,17 +213,63 @@ impl Training {
         }
     }
 
-    fn plan_once(&mut self) -> Result<(), TrainingError> {
-        let started = Instant::now();
-        if let Some(loss) = self.learner.plan()? {
-            if !loss.is_finite() {
-                return Err(TrainingError::Diverged { loss, episode: self.episode() });
+    /// Makes the updates of a step, and waits for its end where one of them needs its experience.
+    ///
+    /// The result is that of remembering first and updating then: what a batch holds follows from the
+    /// length that the memory will have, so a batch without the newest experience is known before.
+    fn plan_and_finish_step(
+        &mut self,
+        room: &mut impl Environment,
+        action: Action,
+    ) -> Result<Step, TrainingError> {
+        let newest = self.learner.memory.next_index();
+        let mut finished: Option<Step> = None;
+        while self.updates_made() < self.learner.settings.planning_steps as u32 {
+            let before = self.learner.replay_random.clone();
+            let batch = match finished {
+                None => self.learner.draw_ahead(),
+                Some(_) => self.learner.draw(),
+            };
+            let needs_newest = batch.as_ref().is_some_and(|batch| batch.contains(&newest));
+            if needs_newest && finished.is_none() {
+                let step = room.finish_step().inspect_err(|_| {
+                    // The update was not made: made later, it must be the same one.
+                    self.learner.replay_random = before;
+                })?;
+                self.learner.remember(action, step.reward, step.terminated, &step.image);
+                finished = Some(step);
             }
-            self.progress.updates += 1;
-            self.progress.update_time += started.elapsed();
-            self.progress.current.loss_sum += f64::from(loss);
-            self.progress.current.losses += 1;
+            if let Some(batch) = batch {
+                self.update(&batch)?;
+            }
+            if let Some(begun) = &mut self.progress.current.begun {
+                begun.updates += 1;
+            }
         }
+        match finished {
+            Some(step) => Ok(step),
+            None => {
+                let step = room.finish_step()?;
+                self.learner.remember(action, step.reward, step.terminated, &step.image);
+                Ok(step)
+            }
+        }
+    }
+
+    fn updates_made(&self) -> u32 {
+        self.progress.current.begun.map_or(0, |begun| begun.updates)
+    }
+
+    fn update(&mut self, batch: &[usize]) -> Result<(), TrainingError> {
+        let started = Instant::now();
+        let loss = self.learner.update(batch)?;
+        if !loss.is_finite() {
+            return Err(TrainingError::Diverged { loss, episode: self.episode() });
+        }
+        self.progress.updates += 1;
+        self.progress.update_time += started.elapsed();
+        self.progress.current.loss_sum += f64::from(loss);
+        self.progress.current.losses += 1;
         Ok(())
     }
 
@@ -238,3 +287,11 @@ impl Training {
         self.progress.records.push(record);
     }
 }
+
+/// An action of a checkpoint.
+fn action(index: u8) -> Result<Action, TrainingError> {
+    Ok(Action::try_from(index).map_err(anyhow::Error::from)?)
+}
+
+#[cfg(test)]
+mod tests;

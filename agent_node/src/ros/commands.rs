@@ -1,8 +1,9 @@
-//! What the program does: train, evaluate, and the seeds of a test.
+//! What the program does over DDS: train and evaluate; and the seeds of a test.
 
 use std::{
     collections::BTreeMap,
     fs,
+    num::NonZeroU64,
     path::{Path, PathBuf},
     time::Duration,
 };
@@ -18,7 +19,7 @@ use ros_runtime::{
 
 use super::{
     console::Console,
-    parameters::{Defaults, count, declare, model_settings_from, scenario, training_settings},
+    parameters::{Defaults, count, declare, model_settings, scenario, training_settings},
     publishers::publish_status,
     simulator::{Connection, Simulator},
 };
@@ -40,6 +41,8 @@ use crate::{
 
 /// The largest seed: parameters are signed in ROS.
 const LARGEST_SEED: u64 = (1 << 53) - 1;
+/// A checkpoint holds a record of each episode in a header that is limited to 100 MB.
+const MOST_EPISODES: u64 = 100_000;
 /// How long to wait for the simulator's parameters, which are only for the record.
 const PARAMETER_DEADLINE: Duration = Duration::from_secs(10);
 /// Images that the report shows.
@@ -58,11 +61,12 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
     let oracle = oracle.map(read_oracle).transpose()?;
     let mut node = Node::new("agent_node", arguments)?;
     let parameters = node.parameters().clone();
-    let (preset, settings) = model_settings_from(&parameters, &Defaults::default())?;
+    let (preset, settings) = model_settings(&parameters, &Defaults::default())?;
     let settings = training_settings(&parameters, settings)?;
     let plan = Plan {
         scenario: scenario(&parameters, &Defaults::default())?,
-        episodes: count(&parameters, "episodes", 1000, 1..=10_000_000, "training episodes")? as u32,
+        episodes: count(&parameters, "episodes", 1000, 1..=MOST_EPISODES, "training episodes")?
+            as u32,
         seed: count(&parameters, "seed", 0, 0..=LARGEST_SEED, "the run is a function of it")?,
     };
     let default_out = format!("runs/{}-{preset}-seed{}", plan.scenario, plan.seed);
@@ -96,12 +100,15 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
             (directory, Training::new(plan, settings)?)
         }
     };
-    let mut config = BTreeMap::from([(node.naming().node.clone(), parameters.values())]);
+    // Under the nodes' own names, whatever they were remapped to.
+    let mut config = BTreeMap::from([("agent_node".to_owned(), parameters.values())]);
     directory.write_config(&config)?;
 
     let statuses = node.create_publisher("training_status", reliable(10))?;
     let connection = Connection::new(&mut node)?;
-    let mut room = Simulator::new(&node, connection, common.deadline);
+    let Some(mut room) = connect(&node, connection, common.deadline)? else {
+        return Ok(node.shutdown().check()?);
+    };
     let mut listener = TrainingListener {
         console: Console::new("training", training.plan.episodes, training.episode()),
         board: TensorBoard::create(&directory.file("tensorboard"), training.episode())?,
@@ -111,14 +118,29 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
     };
     let outcome = training.run(&mut room, &mut listener);
     drop(listener);
-    save(&directory, &training)?;
-    if let Err(error) = outcome {
-        let (episode, path) = (training.episode(), out.display());
-        if matches!(error, TrainingError::Environment(EnvironmentError::Shutdown)) {
-            info!("stopped in episode {episode}: go on with --resume --out {path}");
+    let (episode, path) = (training.episode(), out.display());
+    match outcome {
+        Ok(()) => save(&directory, &training)?,
+        Err(TrainingError::Environment(EnvironmentError::Shutdown)) => {
+            save(&directory, &training)?;
+            info!(
+                "stopped in episode {episode}, saved in {path}: the same command with --resume goes on"
+            );
             return Ok(());
         }
-        return Err(error).context(format!("stopped in episode {episode}, saved in {path}"));
+        Err(error @ (TrainingError::Environment(_) | TrainingError::Listener(_))) => {
+            let saved = match save(&directory, &training) {
+                Ok(()) => format!("saved in {path}"),
+                Err(reason) => format!("and could not be saved: {reason:#}"),
+            };
+            return Err(error).context(format!("stopped in episode {episode}, {saved}"));
+        }
+        // What cannot be computed any further is no state to go on from.
+        Err(error) => {
+            return Err(error).context(format!(
+                "stopped in episode {episode}; the checkpoint in {path} is that of before"
+            ));
+        }
     }
 
     add_simulator_parameters(&node, &common, &mut config);
@@ -139,9 +161,9 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
     if test.episodes > 0 {
         let plan = test.plan(&training.plan.scenario);
         let network = training.learner().network();
-        let Some(tested) = run_and_sum_up(&plan, network, &mut room, oracle.as_deref())? else {
+        let Some(tested) = run_and_sum_up(&plan, network, &mut room, oracle.as_ref())? else {
             info!("stopped before the end of the test; the training is complete");
-            return Ok(());
+            return Ok(node.shutdown().check()?);
         };
         summary.evaluation = Some(tested.evaluation);
         frames = tested.frames;
@@ -169,7 +191,7 @@ pub fn evaluate(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<
     anyhow::ensure!(!model.is_empty(), "parameter 'model' is missing: give -p model:=DIRECTORY");
     let model = PathBuf::from(model);
     let defaults = Defaults::of_model(&model)?;
-    let (_, settings) = model_settings_from(&parameters, &defaults)?;
+    let (_, settings) = model_settings(&parameters, &defaults)?;
     let scenario = scenario(&parameters, &defaults)?;
     let test = TestParameters::declare(&parameters, "episodes", "seed", 1)?;
     let default_out = model.display().to_string();
@@ -180,13 +202,15 @@ pub fn evaluate(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<
     let network = load_model(&model.join(RunDirectory::MODEL), &settings)?;
     let directory = RunDirectory::open(Path::new(&out))?;
     let connection = Connection::new(&mut node)?;
-    let mut room = Simulator::new(&node, connection, common.deadline);
+    let Some(mut room) = connect(&node, connection, common.deadline)? else {
+        return Ok(node.shutdown().check()?);
+    };
     let plan = test.plan(&scenario);
-    match run_and_sum_up(&plan, &network, &mut room, oracle.as_deref())? {
+    match run_and_sum_up(&plan, &network, &mut room, oracle.as_ref())? {
         Some(tested) => directory.write_json("evaluation.json", &tested.evaluation)?,
         None => info!("stopped before the end of the test"),
     }
-    Ok(())
+    Ok(node.shutdown().check()?)
 }
 
 /// What `train` and `evaluate` have in common.
@@ -253,14 +277,36 @@ impl TestParameters {
 /// `sim_node oracle`'s output.
 #[derive(serde::Deserialize)]
 struct Oracle {
+    scenario: String,
+    seeds: Vec<NonZeroU64>,
     steps: Vec<Option<u32>>,
 }
 
-fn read_oracle(path: &Path) -> anyhow::Result<Vec<Option<u32>>> {
+impl Oracle {
+    /// Whether it is of the very episodes of a test.
+    fn is_of(&self, plan: &TestPlan) -> bool {
+        let seeds = (0..plan.episodes).map(|e| episode_seed(Purpose::Test, plan.seed, e));
+        self.scenario == plan.scenario && self.seeds.iter().copied().eq(seeds)
+    }
+}
+
+fn read_oracle(path: &Path) -> anyhow::Result<Oracle> {
     let context = || format!("--oracle {}", path.display());
     let text = fs::read_to_string(path).with_context(context)?;
-    let oracle: Oracle = serde_json::from_str(&text).with_context(context)?;
-    Ok(oracle.steps)
+    serde_json::from_str(&text).with_context(context)
+}
+
+/// The simulator, or `None` if the node shut down before there was one.
+fn connect(
+    node: &Node,
+    connection: Connection,
+    deadline: Option<Duration>,
+) -> anyhow::Result<Option<Simulator<'_>>> {
+    match Simulator::connect(node, connection, deadline) {
+        Ok(simulator) => Ok(Some(simulator)),
+        Err(EnvironmentError::Shutdown) => Ok(None),
+        Err(error) => Err(error.into()),
+    }
 }
 
 /// What a test leaves.
@@ -274,7 +320,7 @@ fn run_and_sum_up(
     plan: &TestPlan,
     network: &QNetwork,
     room: &mut Simulator,
-    oracle: Option<&[Option<u32>]>,
+    oracle: Option<&Oracle>,
 ) -> anyhow::Result<Option<Tested>> {
     let mut listener = ConsoleTestListener {
         console: Console::new("test", plan.episodes, 0),
@@ -287,10 +333,12 @@ fn run_and_sum_up(
         Err(TrainingError::Environment(EnvironmentError::Shutdown)) => return Ok(None),
         Err(error) => return Err(error.into()),
     };
-    if oracle.is_some_and(|oracle| oracle.len() != episodes.len()) {
-        warn!("--oracle is of another number of episodes: it is left out");
+    let fitting = oracle.filter(|oracle| oracle.is_of(plan));
+    if oracle.is_some() && fitting.is_none() {
+        warn!("--oracle is of another scenario or of other seeds than the test: it is left out");
     }
-    let evaluation = Evaluation::new(plan, &episodes, oracle);
+    let evaluation =
+        Evaluation::new(plan, &episodes, fitting.map(|oracle| oracle.steps.as_slice()));
     let (successes, rate) = (evaluation.successes, 100.0 * evaluation.success_rate);
     info!("{successes} of {} test episodes escaped: {rate:.1} %", evaluation.episodes);
     Ok(Some(Tested { evaluation, frames: listener.frames }))
@@ -345,7 +393,7 @@ impl Listener for TrainingListener<'_> {
 fn save(directory: &RunDirectory, training: &Training) -> anyhow::Result<()> {
     directory.write_episodes(&training.progress.records)?;
     directory.write(RunDirectory::MODEL, &model_bytes(training.learner().network())?)?;
-    // Last, so that a checkpoint never knows less than the files beside it.
+    // Last, so that a checkpoint never knows more than the files beside it.
     directory.write(RunDirectory::CHECKPOINT, &training.checkpoint_bytes()?)?;
     Ok(())
 }
@@ -357,7 +405,7 @@ fn add_simulator_parameters(
     config: &mut BTreeMap<String, BTreeMap<String, ParameterValue>>,
 ) {
     match node.block_on(common.simulator_parameters.values(PARAMETER_DEADLINE)) {
-        Ok(values) => drop(config.insert(common.simulator.clone(), values)),
+        Ok(values) => drop(config.insert("sim_node".to_owned(), values)),
         Err(error) => warn!("config.yaml lacks the parameters of {}: {error}", common.simulator),
     }
 }

@@ -1,6 +1,6 @@
 //! How far a run is, on the console: a bar on a terminal, a line per 50 episodes elsewhere.
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use log::info;
@@ -31,7 +31,8 @@ impl Console {
         bar.reset_eta();
         let printer = bar.clone();
         ros_runtime::logging::write_console_through(move |line| {
-            printer.suspend(|| eprintln!("{line}"));
+            // A closed console is no reason to stop.
+            printer.suspend(|| drop(writeln!(std::io::stderr(), "{line}")));
         });
         Console { bar, on_terminal }
     }

@@ -6,5 +6,5 @@ mod parameters;
 mod publishers;
 mod simulator;
 
-pub use parameters::{model_settings, training_settings};
+pub use parameters::SCENARIOS;
 pub use simulator::Simulator;

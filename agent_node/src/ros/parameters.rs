@@ -12,7 +12,8 @@ use crate::learning::{
     settings::{Preset, Settings},
 };
 
-const SCENARIOS: [&str; 8] = [
+/// The rooms that the simulator has.
+pub const SCENARIOS: [&str; 8] = [
     "empty",
     "one_cylinder",
     "two_cylinders",
@@ -33,11 +34,18 @@ impl Defaults {
     pub(super) fn of_model(directory: &Path) -> anyhow::Result<Defaults> {
         let file = directory.join("config.yaml");
         let context = || format!("no trained model in {}", directory.display());
-        Ok(Defaults(read_file_of(&file, "/agent_node").with_context(context)?))
+        let values = read_file_of(&file, "/agent_node").with_context(context)?;
+        anyhow::ensure!(!values.is_empty(), "{} says nothing of agent_node", file.display());
+        Ok(Defaults(values))
     }
 
-    fn get<T: FromParameter>(&self, name: &str, default: T) -> T {
-        self.0.get(name).and_then(T::from_value).unwrap_or(default)
+    fn get<T: FromParameter>(&self, name: &str, default: T) -> anyhow::Result<T> {
+        let Some(value) = self.0.get(name) else {
+            return Ok(default);
+        };
+        let converted = value.clone().converted(T::TYPE).ok();
+        let wrong = || anyhow!("the model's config.yaml: {name} is {value}, expected {}", T::TYPE);
+        converted.as_ref().and_then(T::from_value).ok_or_else(wrong)
     }
 }
 
@@ -75,38 +83,35 @@ fn number(
 }
 
 /// Declares `scenario`.
-pub(super) fn scenario(
-    parameters: &Parameters,
-    defaults: &Defaults,
-) -> Result<String, ParameterError> {
+pub(super) fn scenario(parameters: &Parameters, defaults: &Defaults) -> anyhow::Result<String> {
     let descriptor = Descriptor::read_only("the scenario of every reset").choices(SCENARIOS);
-    parameters.declare("scenario", defaults.get("scenario", "empty".to_owned()), descriptor)
+    let default = defaults.get("scenario", "empty".to_owned())?;
+    Ok(parameters.declare("scenario", default, descriptor)?)
 }
 
 /// Declares `preset` and what makes the network and the observation.
-pub fn model_settings(parameters: &Parameters) -> anyhow::Result<(Preset, Settings)> {
-    model_settings_from(parameters, &Defaults::default())
-}
-
-pub(super) fn model_settings_from(
+pub(super) fn model_settings(
     parameters: &Parameters,
     defaults: &Defaults,
 ) -> anyhow::Result<(Preset, Settings)> {
     let choices = Descriptor::read_only("a named set of hyperparameters").choices(Preset::ALL);
     let preset: Preset = parameters
-        .declare("preset", defaults.get("preset", Preset::Paper.to_string()), choices)?
+        .declare("preset", defaults.get("preset", Preset::Paper.to_string())?, choices)?
         .parse()?;
     let mut settings = preset.settings();
     let hidden: Vec<i64> = settings.hidden_layers.iter().map(|size| *size as i64).collect();
     let sizes = Descriptor::read_only("neurons of each hidden layer").range(1.0..=65_536.0);
-    let hidden = defaults.get("hidden_layers", hidden);
+    let hidden = defaults.get("hidden_layers", hidden)?;
     let hidden = parameters.declare("hidden_layers", hidden, sizes)?;
     settings.hidden_layers = hidden.into_iter().map(|size| size as usize).collect();
     Ok((preset, settings))
 }
 
 /// Declares the hyperparameters of a training; each is the preset's unless it is given.
-pub fn training_settings(parameters: &Parameters, preset: Settings) -> anyhow::Result<Settings> {
+pub(super) fn training_settings(
+    parameters: &Parameters,
+    preset: Settings,
+) -> anyhow::Result<Settings> {
     let p = parameters;
     let Settings { exploration, .. } = preset;
     let settings = Settings {
@@ -143,7 +148,7 @@ pub fn training_settings(parameters: &Parameters, preset: Settings) -> anyhow::R
             0..=1_000,
             "Dyna-Q's n: updates per step",
         )? as usize,
-        discount: number(p, "discount", f64::from(preset.discount), 0.0..=1.0, "gamma")? as f32,
+        discount: number(p, "discount", preset.discount, 0.0..=1.0, "gamma")?,
         learning_rate: number(
             p,
             "learning_rate",
@@ -172,13 +177,7 @@ pub fn training_settings(parameters: &Parameters, preset: Settings) -> anyhow::R
             0.0..=1.0,
             "what keeps Adam from dividing by zero",
         )?,
-        target_update: number(
-            p,
-            "target_update",
-            f64::from(preset.target_update),
-            0.0..=1.0,
-            "tau of eq. 6",
-        )? as f32,
+        target_update: number(p, "target_update", preset.target_update, 0.0..=1.0, "tau of eq. 6")?,
     };
     if settings.batch_size > settings.memory_capacity {
         return Err(anyhow!(

@@ -8,12 +8,12 @@
 use std::{num::NonZeroU64, time::Duration};
 
 use evac_msgs::{ActionCommand, Header, QValues, Reset, Step as StepService, reset, status, step};
-use log::{info, warn};
+use log::warn;
 use rand::Rng;
 use ros_runtime::{
     Node, Publisher,
     node::{NodeError, reliable},
-    service::ServiceClient,
+    service::{Call, ServiceClient},
 };
 
 use crate::{
@@ -30,6 +30,7 @@ pub struct Simulator<'a> {
     /// are nobody else's.
     request: u64,
     episode: Option<Episode>,
+    begun: Option<(Action, Call<StepService>)>,
 }
 
 /// The clients and publishers of the room.
@@ -64,17 +65,25 @@ impl Connection {
 }
 
 impl<'a> Simulator<'a> {
-    /// A simulator that must answer each call within the deadline, if there is one.
-    pub fn new(
+    /// Waits until the simulator is there; it must answer each call within the deadline, if there
+    /// is one.
+    pub fn connect(
         node: &'a Node,
         connection: Connection,
         deadline: Option<Duration>,
-    ) -> Simulator<'a> {
-        let request = u64::from(rand::rng().next_u32()) << 32;
-        if !connection.reset.is_ready() {
-            info!("waiting for the simulator's service {}", connection.reset.name());
+    ) -> Result<Simulator<'a>, EnvironmentError> {
+        node.block_on(connection.reset.wait_until_ready(deadline)).map_err(unreachable)?;
+        node.block_on(connection.step.wait_until_ready(deadline)).map_err(unreachable)?;
+        let simulators = connection.reset.servers();
+        if simulators > 1 {
+            let service = connection.reset.name();
+            warn!(
+                "{simulators} nodes serve {service}: two trainings need a ROS_DOMAIN_ID or a namespace \
+                 each"
+            );
         }
-        Simulator { node, connection, deadline, request, episode: None }
+        let request = u64::from(rand::rng().next_u32()) << 32;
+        Ok(Simulator { node, connection, deadline, request, episode: None, begun: None })
     }
 
     fn call_reset(
@@ -135,6 +144,9 @@ impl<'a> Simulator<'a> {
     }
 
     fn publish(&self, episode: &Episode, decision: &Decision) {
+        let Some(values) = decision.values else {
+            return;
+        };
         let action = decision.action.index();
         self.connection.actions.publish_with(|| ActionCommand {
             header: Header { stamp: episode.header.stamp, ..Header::default() },
@@ -143,32 +155,33 @@ impl<'a> Simulator<'a> {
         });
         self.connection.q_values.publish_with(|| QValues {
             header: episode.header.clone(),
-            values: decision.values,
+            values,
             action,
             explored: decision.explored,
         });
     }
 
-    fn step_of(
+    /// Waits for the end of a step, whatever happens to the simulator meanwhile.
+    fn finish(
         &mut self,
         episode: &mut Episode,
-        decision: &Decision,
+        action: Action,
+        call: Call<StepService>,
     ) -> Result<Step, EnvironmentError> {
         let number = episode.actions.len() as u32 + 1;
-        let response = loop {
-            let response = self.call_step(episode.number, number, decision.action)?;
-            match response.status {
-                status::OK => break response,
-                status::SIMULATOR_RESTARTED => {
-                    warn!("the simulator was restarted: repeating {} steps", number - 1);
-                    while !self.repeat_episode(episode)? {}
-                }
-                status::SUPERSEDED => return Err(EnvironmentError::TakenOver(response.message)),
-                other => return Err(refused(other, response.message)),
-            }
-        };
-        self.publish(episode, decision);
-        episode.actions.push(decision.action);
+        let answer = self.node.block_on(self.connection.step.answer(call, self.deadline));
+        let mut response = answer.map_err(unreachable)?;
+        while response.status == status::SIMULATOR_RESTARTED {
+            warn!("the simulator was restarted: repeating {} steps", number - 1);
+            while !self.repeat_episode(episode)? {}
+            response = self.call_step(episode.number, number, action)?;
+        }
+        match response.status {
+            status::OK => {}
+            status::SUPERSEDED => return Err(EnvironmentError::TakenOver(response.message)),
+            other => return Err(refused(other, response.message)),
+        }
+        episode.actions.push(action);
         episode.image = image(&response.image)?;
         episode.header = response.image.header;
         Ok(Step {
@@ -195,11 +208,26 @@ impl Environment for Simulator<'_> {
         Ok(image)
     }
 
-    fn step(&mut self, decision: &Decision) -> Result<Step, EnvironmentError> {
-        let Some(mut episode) = self.episode.take() else {
+    fn begin_step(&mut self, decision: &Decision) -> Result<(), EnvironmentError> {
+        let Some(episode) = &self.episode else {
             return Err(EnvironmentError::Refused("a step before the first reset".into()));
         };
-        let result = self.step_of(&mut episode, decision);
+        let request = step::Request {
+            episode: episode.number,
+            step: episode.actions.len() as u32 + 1,
+            action: decision.action.index(),
+        };
+        self.begun = Some((decision.action, self.connection.step.send(request)));
+        self.publish(episode, decision);
+        Ok(())
+    }
+
+    fn finish_step(&mut self) -> Result<Step, EnvironmentError> {
+        let (Some(mut episode), Some((action, call))) = (self.episode.take(), self.begun.take())
+        else {
+            return Err(EnvironmentError::Refused("the end of a step that was not begun".into()));
+        };
+        let result = self.finish(&mut episode, action, call);
         self.episode = Some(episode);
         result
     }

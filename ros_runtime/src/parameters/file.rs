@@ -119,6 +119,11 @@ impl Section {
         self.pattern.contains('*')
     }
 
+    /// Whether nodes of any name are meant, so that this node need not know every parameter.
+    pub(super) fn is_for_all(&self) -> bool {
+        self.pattern.ends_with('*')
+    }
+
     /// `*` stands for one token, `**` for any number of them.
     pub(super) fn matches(&self, fully_qualified_name: &str) -> bool {
         let pattern: Vec<&str> = self.pattern.split('/').skip(1).collect();

@@ -148,7 +148,7 @@ impl Parameters {
         for path in &arguments.parameter_files {
             for section in file::read(path)? {
                 if section.matches(&naming.fully_qualified()) {
-                    let target = if section.is_wildcard() {
+                    let target = if section.is_for_all() {
                         &mut overrides.shared
                     } else {
                         &mut overrides.own
@@ -196,11 +196,6 @@ impl Parameters {
                 declared: declared.keys().cloned().collect(),
             }),
         }
-    }
-
-    /// Whether the user gave this parameter a value.
-    pub fn is_overridden(&self, name: &str) -> bool {
-        self.overrides.own.contains_key(name) || self.overrides.shared.contains_key(name)
     }
 
     /// The present value of a declared parameter.
@@ -293,7 +288,6 @@ mod tests {
         let parameters = parameters("-p episodes:=5 -p episodes:=6 -p other_node:episodes:=7");
         assert_eq!(parameters.declare("episodes", 1000, Descriptor::default()), Ok(6));
         assert_eq!(parameters.declare("seed", 3, Descriptor::default()), Ok(3));
-        assert!(parameters.is_overridden("episodes") && !parameters.is_overridden("seed"));
         assert_eq!(parameters.refuse_undeclared(), Ok(()));
     }
 

@@ -69,7 +69,7 @@ impl ParameterValue {
     ///
     /// `3` is a double for a parameter that is declared as one, and `[]` an empty array of any
     /// type: YAML cannot say which is meant. Nothing else is converted.
-    pub(super) fn converted(self, wanted: ParameterType) -> Result<ParameterValue, ParameterValue> {
+    pub fn converted(self, wanted: ParameterType) -> Result<ParameterValue, ParameterValue> {
         let empty = match &self {
             ParameterValue::BoolArray(items) => items.is_empty(),
             _ => false,
@@ -191,7 +191,7 @@ impl FromStr for Override {
             Some((node, name)) => (Some(node.to_owned()), name),
             None => (None, name),
         };
-        if name.is_empty() {
+        if name.is_empty() || node.as_ref().is_some_and(String::is_empty) {
             return Err(error());
         }
         // An empty value is the empty string: `-p scenario:=` would else be a YAML null.

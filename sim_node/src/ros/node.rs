@@ -1,5 +1,7 @@
 //! The node's loop: requests and commands in, answers and images out.
 
+use std::{future::Future, time::Duration};
+
 use anyhow::Context;
 use evac_msgs::{ActionCommand, EpisodeStatus, Image, Reset, Step};
 use futures::{StreamExt, select};
@@ -11,6 +13,9 @@ use super::{
     session::{Executed, Session},
 };
 use crate::world::{Scenario, World};
+
+/// How long an answer may wait for room in the send window.
+const SEND_TIMEOUT: Duration = Duration::from_millis(100);
 
 /// What the node publishes of everything that is executed.
 struct Publishers {
@@ -75,7 +80,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
                         if !response.success {
                             debug!("step refused: {}", response.message);
                         }
-                        answered("step", steps.async_send_response(id, response).await);
+                        answer("step", steps.async_send_response(id, response)).await;
                         executed.into_iter().for_each(|executed| publishers.publish(executed));
                     }
                     Err(error) => warn!("a request of step cannot be read: {error}"),
@@ -94,7 +99,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
                             let name = ParameterValue::String(request.scenario);
                             parameters.set("scenario", name)?;
                         }
-                        answered("reset", resets.async_send_response(id, response).await);
+                        answer("reset", resets.async_send_response(id, response)).await;
                         executed.into_iter().for_each(|executed| publishers.publish(executed));
                     }
                     Err(error) => warn!("a request of reset cannot be read: {error}"),
@@ -112,11 +117,17 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         }
     }))
     .unwrap_or(Ok(()))
+    .and_then(|()| Ok(shutdown.check()?))
 }
 
-/// A lost answer is not lost for good: the client asks again.
-fn answered<E: std::fmt::Display>(service: &str, result: Result<(), E>) {
-    if let Err(error) = result {
-        warn!("an answer of {service} could not be sent: {error}");
+/// Sends an answer, or gives it up: the client asks again.
+///
+/// The send window is full while a client that died has not been given up by DDS (its lease is some
+/// 50 s); the others must not wait with it.
+async fn answer<E: std::fmt::Display>(service: &str, sent: impl Future<Output = Result<(), E>>) {
+    match tokio::time::timeout(SEND_TIMEOUT, sent).await {
+        Ok(Ok(())) => {}
+        Ok(Err(error)) => warn!("an answer of {service} could not be sent: {error}"),
+        Err(_) => warn!("an answer of {service} could not be sent: a client does not read its own"),
     }
 }
