@@ -130,6 +130,8 @@ impl Arguments {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
     use crate::parameters::ParameterValue;
 
@@ -148,6 +150,28 @@ mod tests {
         assert_eq!(arguments.overrides[0].value, ParameterValue::Integer(5));
         assert_eq!(arguments.overrides[1].value, ParameterValue::Double(1.5));
         assert_eq!(arguments.remaps.len(), 1);
+    }
+
+    proptest! {
+        /// Whatever is typed, there is an answer; and without ROS's marker nothing is taken.
+        #[test]
+        fn any_command_line_has_an_answer(
+            items in prop::collection::vec(
+                prop_oneof![
+                    Just("--ros-args".to_owned()),
+                    prop::sample::select(vec!["-r", "-p", "--", "--log-level", "--params-file", "-e"])
+                        .prop_map(str::to_owned),
+                    "[a-z_~/]{0,6}(:=)?[-a-z0-9./:\\[\\]{},' ]{0,8}",
+                    ".{0,12}",
+                ],
+                0..8,
+            ),
+        ) {
+            let parsed = Arguments::parse(items.clone());
+            if !items.iter().any(|item| item == "--ros-args") {
+                prop_assert_eq!(parsed.map(|arguments| arguments.program), Ok(items));
+            }
+        }
     }
 
     #[test]

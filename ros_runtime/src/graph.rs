@@ -1,8 +1,7 @@
 //! Who is there: the readers of a topic, and the matches of each local endpoint, as DDS reports them.
 //!
 //! ros2-client's Spinner does the same, but with it comes a subscription to `/clock` of a wrong
-//! type, so nobody here starts one. RustDDS's `discovered_readers` would tell of readers, too; it
-//! takes locks that discovery takes in another order, and asked often it ends discovery for good.
+//! type, so nobody here starts one.
 
 use std::{
     collections::{BTreeMap, BTreeSet},

@@ -146,6 +146,8 @@ fn tokens_match(pattern: &[&str], name: &[&str]) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
 
     #[test]
@@ -178,6 +180,14 @@ robot1:
         assert_eq!(moved["scenario"], ParameterValue::String("concave".into()));
         assert!(!moved.contains_key("camera.height"));
         assert_eq!(of("/agent_node").len(), 2);
+    }
+
+    proptest! {
+        /// Whatever is in the file, there is an answer.
+        #[test]
+        fn any_text_has_an_answer(text in "([a-z/*_]{0,6}: ?|[-\\[\\]{}&*!|>'\"%@,#]| {1,4}|\\n|[0-9.e]{1,5}){0,40}") {
+            let _ = parse(&text);
+        }
     }
 
     #[test]
