@@ -1,6 +1,9 @@
 //! A node: its name, its parameters, and what it publishes, hears, serves and asks.
 
-use std::future::Future;
+use std::{
+    future::Future,
+    sync::{Arc, Mutex, MutexGuard},
+};
 
 use evac_msgs::{RosMessage, RosService};
 use log::debug;
@@ -20,7 +23,7 @@ use crate::{
     logging,
     names::{InvalidName, Naming},
     parameters::{ParameterFileError, ParameterServices, Parameters},
-    service::ServiceClient,
+    service::{ServiceClient, SharedNode, create_client, services},
     shutdown::Shutdown,
 };
 
@@ -57,16 +60,11 @@ pub fn reliable(depth: usize) -> QosProfile {
         .reliability_reliable(WhenFull::Fail)
 }
 
-/// rmw's profile for services: reliable, volatile, the last 10.
-fn services() -> QosProfile {
-    QosProfile::publisher_default().history(History::KeepLast { depth: 10 })
-}
-
 /// A ROS 2 node.
 pub struct Node {
     // The order is that of dropping: tasks end before the endpoints that they use.
     runtime: Runtime,
-    node: ros2_client::Node,
+    node: SharedNode,
     naming: Naming,
     parameters: Parameters,
     graph: Graph,
@@ -111,6 +109,7 @@ impl Node {
         let options = NodeOptions::new().enable_rosout(true).start_parameter_services(false);
         let node = context.new_node(name, options).map_err(endpoint(&what))?;
         logging::publish_to(node.logging_handle());
+        let node = Arc::new(Mutex::new(node));
         Ok(Node { runtime, node, naming, parameters, graph, shutdown })
     }
 
@@ -142,7 +141,7 @@ impl Node {
     ) -> Result<Publisher<M>, NodeError> {
         let name = self.naming.resolve(topic)?;
         let topic = self.topic::<M>(&name, &qos)?;
-        let publisher = self.node.create_publisher(&topic, None).map_err(endpoint(&name))?;
+        let publisher = self.node().create_publisher(&topic, None).map_err(endpoint(&name))?;
         let readers = self.graph.matches(publisher.guid());
         Ok(Publisher { name, publisher, readers })
     }
@@ -155,7 +154,7 @@ impl Node {
     ) -> Result<Subscription<M>, NodeError> {
         let name = self.naming.resolve(topic)?;
         let topic = self.topic::<M>(&name, &qos)?;
-        self.node.create_subscription(&topic, None).map_err(endpoint(&name))
+        self.node().create_subscription(&topic, None).map_err(endpoint(&name))
     }
 
     /// A server of a service.
@@ -173,18 +172,16 @@ impl Node {
         service: &str,
     ) -> Result<ServiceClient<S>, NodeError> {
         let name = self.naming.resolve(service)?;
-        let dds_name = Name::parse(&name).map_err(endpoint(&name))?;
-        let created = self.node.create_client::<S::Request, S::Response>(
-            ServiceMapping::Enhanced,
-            &dds_name,
-            &S::type_name(),
-            services(),
-            services(),
-        );
-        let client = created.map_err(endpoint(&name))?;
+        let client = create_client::<S>(&self.node, &name).map_err(endpoint(&name))?;
         // The topic of requests, as rmw names it.
         let servers = self.graph.readers(&format!("rq{name}Request"));
-        Ok(ServiceClient { name, client, servers, shutdown: self.shutdown.clone() })
+        Ok(ServiceClient {
+            name,
+            client: Mutex::new(Arc::new(client)),
+            node: self.node.clone(),
+            servers,
+            shutdown: self.shutdown.clone(),
+        })
     }
 
     /// Begins to answer `ros2 param`; call it when every parameter is declared.
@@ -226,9 +223,13 @@ impl Node {
     {
         let dds_name = Name::parse(name).map_err(endpoint(name))?;
         let mapping = ServiceMapping::Enhanced;
-        self.node
+        self.node()
             .create_server(mapping, &dds_name, service_type, services(), services())
             .map_err(endpoint(name))
+    }
+
+    fn node(&self) -> MutexGuard<'_, ros2_client::Node> {
+        self.node.lock().expect("nothing panics while it holds this lock")
     }
 
     fn topic<M: RosMessage>(
@@ -237,7 +238,7 @@ impl Node {
         qos: &QosProfile,
     ) -> Result<rustdds::Topic, NodeError> {
         let dds_name = Name::parse(name).map_err(endpoint(name))?;
-        self.node.create_topic(&dds_name, M::type_name(), qos).map_err(endpoint(name))
+        self.node().create_topic(&dds_name, M::type_name(), qos).map_err(endpoint(name))
     }
 }
 

@@ -4,15 +4,22 @@
 //! other, nor one that died with its process. So a request is sent again until its answer comes or
 //! its deadline passes. That is safe for services that recognise a repeated request.
 
-use std::time::Duration;
+use std::{
+    sync::{Arc, Mutex},
+    time::Duration,
+};
 
 use evac_msgs::RosService;
 use log::{debug, info, warn};
-use ros2_client::{Client, RmwRequestId, error::WriteError};
+use ros2_client::{
+    Client, Name, RmwRequestId, ServiceMapping,
+    error::WriteError,
+    qos::{History, QosProfile},
+};
 use thiserror::Error;
 use tokio::{
     sync::watch,
-    time::{Instant, sleep, timeout, timeout_at},
+    time::{Instant, timeout, timeout_at},
 };
 
 use crate::shutdown::Shutdown;
@@ -21,8 +28,6 @@ use crate::shutdown::Shutdown;
 const FIRST_WAIT: Duration = Duration::from_millis(250);
 /// The longest wait before a request is repeated.
 const LONGEST_WAIT: Duration = Duration::from_secs(2);
-/// The wait before a request is sent that found no room in the send window.
-const SEND_RETRY: Duration = Duration::from_millis(10);
 
 /// Why a call has no answer.
 #[derive(Debug, Error, PartialEq)]
@@ -59,7 +64,9 @@ pub enum CallError {
 /// The client of a service.
 pub struct ServiceClient<S: RosService> {
     pub(crate) name: String,
-    pub(crate) client: Client<S::Request, S::Response>,
+    /// Made anew where the send window is full.
+    pub(crate) client: Mutex<Arc<Client<S::Request, S::Response>>>,
+    pub(crate) node: SharedNode,
     pub(crate) servers: watch::Receiver<usize>,
     pub(crate) shutdown: Shutdown,
 }
@@ -110,7 +117,7 @@ impl<S: RosService> ServiceClient<S> {
     /// Sends a request and returns at once: there may be something to do until the answer comes.
     pub fn send(&self, request: S::Request) -> Call<S> {
         // If it cannot be sent now, it is sent when its answer is waited for.
-        let sent = self.client.send_request(request.clone()).ok();
+        let sent = self.try_send(&request).ok();
         Call { request, sent }
     }
 
@@ -159,35 +166,70 @@ impl<S: RosService> ServiceClient<S> {
     async fn attempt(
         &self,
         request: &S::Request,
-        sent: Option<RmwRequestId>,
+        sent: Option<Sent<S>>,
     ) -> Result<S::Response, CallError> {
-        let id = match sent {
-            Some(id) => id,
-            None => self.send_when_possible(request).await?,
+        let Sent { client, id } = match sent {
+            Some(sent) => sent,
+            None => self.try_send(request)?,
         };
-        self.client.async_receive_response(id).await.map_err(|error| CallError::Unreadable {
+        client.async_receive_response(id).await.map_err(|error| CallError::Unreadable {
             service: self.name.clone(),
             reason: error.to_string(),
         })
     }
 
-    async fn send_when_possible(&self, request: &S::Request) -> Result<RmwRequestId, CallError> {
-        loop {
-            match self.client.async_send_request(request.clone()).await {
-                Ok(id) => return Ok(id),
-                // The send window is full of what a reader that went away never acknowledged.
-                Err(WriteError::WouldBlock { .. }) => sleep(SEND_RETRY).await,
-                Err(error) => {
-                    let (service, reason) = (self.name.clone(), error.to_string());
-                    return Err(CallError::Unsendable { service, reason });
-                }
+    /// Sends a request, by another client if this one's send window is full.
+    ///
+    /// RustDDS keeps what a matched reader has not acknowledged, at most 8,192 samples, and counts a
+    /// server that was killed as one until its lease ends, after some 50 s. The window of a new
+    /// client is empty.
+    fn try_send(&self, request: &S::Request) -> Result<Sent<S>, CallError> {
+        let unsendable =
+            |reason: String| CallError::Unsendable { service: self.name.clone(), reason };
+        let send = |client: Arc<Client<S::Request, S::Response>>| {
+            client.send_request(request.clone()).map(|id| Sent { client: client.clone(), id })
+        };
+        let mut client = self.client.lock().expect("nothing panics while it holds this lock");
+        match send(client.clone()) {
+            Err(WriteError::WouldBlock { .. }) => {
+                debug!("{}: a server has stopped reading; asking by a new client", self.name);
+                let fresh = create_client::<S>(&self.node, &self.name).map_err(unsendable)?;
+                *client = Arc::new(fresh);
+                send(client.clone()).map_err(|error| unsendable(error.to_string()))
             }
+            result => result.map_err(|error| unsendable(error.to_string())),
         }
     }
+}
+
+/// The node that endpoints belong to; a client is made by it, and made anew.
+pub(crate) type SharedNode = Arc<Mutex<ros2_client::Node>>;
+
+/// A client for the service with this absolute name.
+pub(crate) fn create_client<S: RosService>(
+    node: &SharedNode,
+    name: &str,
+) -> Result<Client<S::Request, S::Response>, String> {
+    let dds_name = Name::parse(name).map_err(|error| error.to_string())?;
+    let mut node = node.lock().expect("nothing panics while it holds this lock");
+    let mapping = ServiceMapping::Enhanced;
+    node.create_client(mapping, &dds_name, &S::type_name(), services(), services())
+        .map_err(|error| error.to_string())
+}
+
+/// rmw's profile for services: reliable, volatile, the last 10.
+pub(crate) fn services() -> QosProfile {
+    QosProfile::publisher_default().history(History::KeepLast { depth: 10 })
+}
+
+/// A request on its way, and who hears the answer.
+struct Sent<S: RosService> {
+    client: Arc<Client<S::Request, S::Response>>,
+    id: RmwRequestId,
 }
 
 /// A request whose answer has not been waited for yet.
 pub struct Call<S: RosService> {
     request: S::Request,
-    sent: Option<RmwRequestId>,
+    sent: Option<Sent<S>>,
 }
