@@ -1,11 +1,11 @@
 //! A training laid down in one file, to be taken up again as if nothing had happened.
 //!
-//! `checkpoint.safetensors` holds the weights of both networks, Adam's moments, the replay memory
+//! `checkpoint.safetensors` holds the weights of both networks, Adam's moments in the same shapes, the replay memory
 //! and, as JSON under its only metadata key, the progress and the state of every random sequence.
 
 use std::{collections::HashMap, fmt::Display, path::Path, time::Duration};
 
-use candle_core::{DType, Device, Tensor};
+use candle_core::{Device, Tensor};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use safetensors::SafeTensors;
@@ -15,14 +15,15 @@ use thiserror::Error;
 use super::{
     action::Action,
     image::Image,
-    network::{QNetwork, WeightsError},
+    network::QNetwork,
+    perceptron::Perceptron,
     replay_memory::{Experience, ReplayMemory},
     settings::Settings,
     training::{Plan, Progress, Training},
 };
 
 /// The form of the file; another one is refused.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const METADATA_KEY: &str = "training";
 
 /// Why a file of tensors cannot be used.
@@ -94,9 +95,9 @@ impl RandomState {
     }
 }
 
-/// The bytes of `model.safetensors`: the weights of the training network, and nothing else.
-pub fn model_bytes(network: &QNetwork) -> Result<Vec<u8>, candle_core::Error> {
-    Ok(safetensors::serialize(network.tensors(), None)?)
+/// The bytes of `model.safetensors`: the weights of a network, and nothing else.
+pub fn model_bytes(network: &Perceptron) -> Result<Vec<u8>, candle_core::Error> {
+    Ok(safetensors::serialize(network.network()?.tensors(), None)?)
 }
 
 /// A trained network from `model.safetensors`.
@@ -105,8 +106,7 @@ pub fn load_model(path: &Path, settings: &Settings) -> Result<QNetwork, LoadErro
     let (tensors, _) = parse(path, &bytes)?;
     let network = QNetwork::new(&settings.hidden_layers, &mut ChaCha8Rng::from_seed([0; 32]))
         .map_err(|error| does_not_fit(path, error))?;
-    network.set_tensors("", &tensors).map_err(|error| does_not_fit(path, error))?;
-    Ok(network)
+    network.with_tensors("", &tensors).map_err(|error| does_not_fit(path, error))
 }
 
 impl Training {
@@ -130,12 +130,10 @@ impl Training {
         };
         let device = &Device::Cpu;
         let mut tensors: Vec<(String, Tensor)> = Vec::new();
-        for (prefix, network) in [("train.", &learner.train), ("target.", &learner.target)] {
+        for (prefix, parameters) in learner.parameters() {
+            let network = parameters.network()?;
             let named = network.tensors();
-            tensors.extend(named.map(|(name, tensor)| (format!("{prefix}{name}"), tensor.clone())));
-        }
-        for ((name, _), moments) in learner.train.tensors().zip(&learner.adam.moments) {
-            tensors.push((format!("adam.{name}"), moments.clone()));
+            tensors.extend(named.map(|(name, tensor)| (prefix.to_owned() + &name, tensor.clone())));
         }
         let images: Vec<u8> =
             needed.clone().flat_map(|n| memory.image(n).iter().copied()).collect();
@@ -194,21 +192,11 @@ impl Training {
         let mut training =
             Training::new(plan, settings).map_err(|error| does_not_fit(path, error))?;
         let learner = &mut training.learner;
-        let fits =
-            |result: Result<(), WeightsError>| result.map_err(|error| does_not_fit(path, error));
-        fits(learner.train.set_tensors("train.", &tensors))?;
-        fits(learner.target.set_tensors("target.", &tensors))?;
-        let names: Vec<String> = learner.train.tensors().map(|(name, _)| name.to_owned()).collect();
-        for (name, moments) in names.iter().zip(&mut learner.adam.moments) {
-            let saved = tensors.get(&format!("adam.{name}"));
-            let saved =
-                saved.filter(|saved| saved.dims() == moments.dims() && saved.dtype() == DType::F32);
-            let saved = saved.ok_or_else(|| damaged(format!("adam.{name} is missing")))?;
-            let numbers = saved.flatten_all().and_then(|all| all.to_vec1::<f32>());
-            if !numbers.is_ok_and(|numbers| numbers.iter().all(|number| number.is_finite())) {
-                return Err(damaged(format!("adam.{name} holds a number that is not finite")));
-            }
-            *moments = saved.clone();
+        for (prefix, parameters) in learner.parameters_mut() {
+            let shape = parameters.network().map_err(|error| does_not_fit(path, error))?;
+            let saved = shape.with_tensors(prefix, &tensors);
+            let saved = saved.map_err(|error| does_not_fit(path, error))?;
+            parameters.read(&saved).map_err(|error| does_not_fit(path, error))?;
         }
         learner.adam.step = state.adam_step;
         let capacity = learner.settings.memory_capacity;
@@ -390,7 +378,7 @@ mod tests {
             (r#""first_image":0"#, r#""first_image":x"#),
             (r#""total_steps":0"#, r#""total_steps":18446744073709551000"#),
             (r#""adam_step":0"#, r#""adam_step":7"#),
-            (r#""version":1"#, r#""version":2"#),
+            (r#""version":2"#, r#""version":1"#),
             (r#""position":"0""#, r#""position":"y""#),
         ] {
             let result = load(&with_state(&bytes, from, to), plan(), settings.clone());

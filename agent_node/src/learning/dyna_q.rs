@@ -1,14 +1,15 @@
 //! The learner: two networks, a memory, and what is done with them at each step.
 
-use candle_core::{D, Device, Result, Tensor};
+use candle_core::Result;
 use rand::{Rng, RngExt};
 use rand_chacha::ChaCha8Rng;
 
 use super::{
     action::Action,
-    adam::Adam,
     image::Image,
     network::QNetwork,
+    perceptron::{Activations, Adam, Perceptron},
+    policy,
     replay_memory::ReplayMemory,
     seeds::{self, Sequence},
     settings::Settings,
@@ -31,58 +32,51 @@ pub struct Decision {
 pub struct DynaQ {
     pub(super) settings: Settings,
     /// `w_train`
-    pub(super) train: QNetwork,
+    pub(super) train: Perceptron,
     /// `w_target`
-    pub(super) target: QNetwork,
+    pub(super) target: Perceptron,
     pub(super) adam: Adam,
     pub(super) memory: ReplayMemory,
     pub(super) exploration_random: ChaCha8Rng,
     pub(super) replay_random: ChaCha8Rng,
-}
-
-/// A batch of experiences as the update takes it.
-struct Batch {
-    /// `[batch, 420]`
-    states: Tensor,
-    /// `[batch, 420]`
-    next_states: Tensor,
-    /// `[batch, 1]`, indices of actions
-    actions: Tensor,
-    /// `[batch]`
-    rewards: Tensor,
-    /// `[batch]`: gamma, or 0 where there is nothing to bootstrap from
-    discounts: Tensor,
+    /// The forward pass of a state, and of a batch.
+    activations: Activations,
+    batch_activations: Activations,
+    /// `R + gamma max_a' Q(s', a'; w_target)` for each experience of a batch.
+    targets: Vec<f32>,
 }
 
 impl DynaQ {
     /// A learner that knows nothing; its target network starts as a copy of the training network.
     pub fn new(settings: Settings, seed: u64) -> Result<DynaQ> {
         let mut random = seeds::sequence(seed, Sequence::Weights);
-        let train = QNetwork::new(&settings.hidden_layers, &mut random)?;
-        let target = train.copied()?;
+        let train = Perceptron::new(&QNetwork::new(&settings.hidden_layers, &mut random)?)?;
         let betas = (settings.adam_beta1, settings.adam_beta2);
-        let adam =
-            Adam::new(train.variables(), settings.learning_rate, betas, settings.adam_epsilon)?;
+        let batch = settings.batch_size;
+        let (rate, epsilon) = (settings.learning_rate, settings.adam_epsilon);
         Ok(DynaQ {
             memory: ReplayMemory::new(settings.memory_capacity),
             exploration_random: seeds::sequence(seed, Sequence::Exploration),
             replay_random: seeds::sequence(seed, Sequence::Replay),
             settings,
+            target: train.clone(),
+            adam: Adam::new(&train, batch, rate, betas, epsilon),
+            activations: train.activations(1),
+            batch_activations: train.activations(batch),
+            targets: vec![0.0; batch],
             train,
-            target,
-            adam,
         })
     }
 
     /// Chooses an action: with probability epsilon any of the seven alike, otherwise the best.
-    pub fn act(&mut self, state: &Image, epsilon: f64) -> Result<Decision> {
-        let values = self.train.values(state)?;
+    pub fn act(&mut self, state: &Image, epsilon: f64) -> Decision {
+        let values = policy::values(&self.train, &mut self.activations, state);
         let explored = self.exploration_random.random::<f64>() < epsilon;
         let action = match explored {
             true => random_action(&mut self.exploration_random),
             false => Action::greatest(&values),
         };
-        Ok(Decision { action, values: Some(values), explored })
+        Decision { action, values: Some(values), explored }
     }
 
     /// The first state of an episode.
@@ -97,79 +91,94 @@ impl DynaQ {
 
     /// Experience replay: one update of the training network from a batch of memories. Returns the
     /// loss, or `None` while there are too few memories.
-    pub fn plan(&mut self) -> Result<Option<f32>> {
-        match self.draw() {
-            Some(indices) => self.update(&indices).map(Some),
-            None => Ok(None),
+    pub fn plan(&mut self) -> Option<f32> {
+        let mut batch = self.empty_batch();
+        self.draw(&mut batch, false).then(|| self.update(&batch))
+    }
+
+    /// Places for the indices of a batch.
+    pub(super) fn empty_batch(&self) -> Vec<usize> {
+        vec![0; self.settings.batch_size]
+    }
+
+    /// Draws the batch of an update; false while there are too few memories. With `ahead` it is that
+    /// of the update which follows the next experience, which is not there yet.
+    pub(super) fn draw(&mut self, batch: &mut [usize], ahead: bool) -> bool {
+        self.memory.draw(batch, ahead, &mut self.replay_random)
+    }
+
+    /// One update of the training network from the experiences with these indices. Returns the loss,
+    /// the mean over the batch of `(R + gamma max_a' Q(s', a'; w_target) - Q(s, a; w_train))^2`
+    /// (eq. 5); nothing is changed if it is not finite.
+    pub(super) fn update(&mut self, batch: &[usize]) -> f32 {
+        let activations = &mut self.batch_activations;
+        for (input, index) in activations.inputs_mut().zip(batch) {
+            let experience = self.memory.get(*index);
+            Image::write_input(self.memory.image(experience.next_state), input);
         }
-    }
-
-    /// Draws the batch of an update.
-    pub(super) fn draw(&mut self) -> Option<Vec<usize>> {
-        self.memory.draw(self.settings.batch_size, false, &mut self.replay_random)
-    }
-
-    /// Draws the batch of the update that follows the next experience, which is not there yet.
-    pub(super) fn draw_ahead(&mut self) -> Option<Vec<usize>> {
-        self.memory.draw(self.settings.batch_size, true, &mut self.replay_random)
-    }
-
-    /// One update of the training network from the experiences with these indices. Nothing is
-    /// changed if the loss is not finite.
-    pub(super) fn update(&mut self, indices: &[usize]) -> Result<f32> {
-        let batch = self.batch(indices)?;
-        let loss = loss(&self.train, &self.target, &batch)?;
-        let value: f32 = loss.to_scalar()?;
-        if value.is_finite() {
-            self.adam.update(&loss.backward()?)?;
+        self.target.forward(activations);
+        for ((target, values), index) in
+            self.targets.iter_mut().zip(activations.outputs()).zip(batch)
+        {
+            let experience = self.memory.get(*index);
+            let best = values[..Action::COUNT].iter().copied().fold(f32::NEG_INFINITY, f32::max);
+            let discount = if experience.terminated { 0.0 } else { self.settings.discount as f32 };
+            *target = experience.reward + discount * best;
         }
-        Ok(value)
+
+        for (input, index) in activations.inputs_mut().zip(batch) {
+            let experience = self.memory.get(*index);
+            Image::write_input(self.memory.image(experience.state), input);
+        }
+        self.train.forward(activations);
+        let gradient = self.adam.output_gradient();
+        gradient.fill(0.0);
+        let mut loss = 0.0;
+        let size = batch.len() as f32;
+        let rows = gradient.chunks_exact_mut(activations.output_width());
+        for (((gradient, values), target), index) in
+            rows.zip(activations.outputs()).zip(&self.targets).zip(batch)
+        {
+            let action = usize::from(self.memory.get(*index).action.index());
+            let error = values[action] - target;
+            loss += error * error / size;
+            gradient[action] = 2.0 * error / size;
+        }
+        if loss.is_finite() {
+            self.adam.update(&mut self.train, activations);
+        }
+        loss
     }
 
     /// Moves the target network towards the training network (eq. 6).
-    pub fn end_episode(&mut self) -> Result<()> {
-        self.target.move_towards(&self.train, self.settings.target_update as f32)
+    pub fn end_episode(&mut self) {
+        self.target.move_towards(&self.train, self.settings.target_update as f32);
     }
 
     /// The network that is being trained.
-    pub fn network(&self) -> &QNetwork {
+    pub fn network(&self) -> &Perceptron {
         &self.train
     }
 
-    fn batch(&self, indices: &[usize]) -> Result<Batch> {
-        let size = indices.len();
-        let mut states = vec![0.0; size * Image::BYTES];
-        let mut next_states = vec![0.0; size * Image::BYTES];
-        let mut actions = Vec::with_capacity(size);
-        let mut rewards = Vec::with_capacity(size);
-        let mut discounts = Vec::with_capacity(size);
-        let rows = states.chunks_exact_mut(Image::BYTES);
-        let next_rows = next_states.chunks_exact_mut(Image::BYTES);
-        for ((row, next_row), index) in rows.zip(next_rows).zip(indices) {
-            let experience = self.memory.get(*index);
-            Image::write_input(self.memory.image(experience.state), row);
-            Image::write_input(self.memory.image(experience.next_state), next_row);
-            actions.push(u32::from(experience.action.index()));
-            rewards.push(experience.reward);
-            discounts.push(if experience.terminated { 0.0 } else { self.settings.discount as f32 });
-        }
-        let device = &Device::Cpu;
-        Ok(Batch {
-            states: Tensor::from_vec(states, (size, Image::BYTES), device)?,
-            next_states: Tensor::from_vec(next_states, (size, Image::BYTES), device)?,
-            actions: Tensor::from_vec(actions, (size, 1), device)?,
-            rewards: Tensor::from_vec(rewards, size, device)?,
-            discounts: Tensor::from_vec(discounts, size, device)?,
-        })
+    /// Everything that has the shape of the network, by the prefix of its names in a checkpoint.
+    pub(super) fn parameters(&self) -> [(&'static str, &Perceptron); 4] {
+        [
+            ("train.", &self.train),
+            ("target.", &self.target),
+            ("adam.first.", &self.adam.first),
+            ("adam.second.", &self.adam.second),
+        ]
     }
-}
 
-/// The mean over the batch of `(R + gamma max_a' Q(s', a'; w_target) - Q(s, a; w_train))^2` (eq. 5).
-fn loss(train: &QNetwork, target: &QNetwork, batch: &Batch) -> Result<Tensor> {
-    let best_next = target.forward(&batch.next_states)?.max(D::Minus1)?.detach();
-    let targets = (&batch.rewards + (&batch.discounts * best_next)?)?;
-    let values = train.forward(&batch.states)?.gather(&batch.actions, 1)?.squeeze(1)?;
-    (targets - values)?.sqr()?.mean_all()
+    /// As [`DynaQ::parameters`].
+    pub(super) fn parameters_mut(&mut self) -> [(&'static str, &mut Perceptron); 4] {
+        [
+            ("train.", &mut self.train),
+            ("target.", &mut self.target),
+            ("adam.first.", &mut self.adam.first),
+            ("adam.second.", &mut self.adam.second),
+        ]
+    }
 }
 
 fn random_action(random: &mut impl Rng) -> Action {
@@ -186,6 +195,10 @@ mod tests {
         Image::try_from([brightness; Image::BYTES].as_slice()).unwrap()
     }
 
+    fn values(network: &Perceptron, image: &Image) -> [f32; Action::COUNT] {
+        policy::values(network, &mut network.activations(1), image)
+    }
+
     fn action(index: u8) -> Action {
         Action::try_from(index).unwrap()
     }
@@ -194,8 +207,9 @@ mod tests {
     fn learner_after_one_step(terminated: bool) -> DynaQ {
         let settings = Settings { batch_size: 1, ..Preset::Paper.settings() };
         let mut learner = DynaQ::new(settings, 5).unwrap();
-        learner.train.randomize(1);
-        learner.target.randomize(2);
+        for (network, seed) in [(&mut learner.train, 1), (&mut learner.target, 2)] {
+            network.read(&network.network().unwrap().randomized(seed)).unwrap();
+        }
         learner.begin_episode(&image(50));
         learner.remember(action(2), -0.1, terminated, &image(200));
         learner
@@ -205,12 +219,12 @@ mod tests {
     fn the_loss_is_equation_5_and_bootstraps_unless_terminated() {
         for terminated in [false, true] {
             let mut learner = learner_after_one_step(terminated);
-            let value = learner.train.values(&image(50)).unwrap()[2];
-            let next = learner.target.values(&image(200)).unwrap();
+            let value = values(&learner.train, &image(50))[2];
+            let next = values(&learner.target, &image(200));
             let best = next.iter().copied().fold(f32::MIN, f32::max);
             let target = if terminated { -0.1 } else { -0.1 + 0.999 * best };
             let expected = (target - value).powi(2);
-            let loss = learner.plan().unwrap().unwrap();
+            let loss = learner.plan().unwrap();
             assert!((loss - expected).abs() < 1e-5 * expected.max(1.0), "{loss} {expected}");
         }
     }
@@ -218,16 +232,16 @@ mod tests {
     #[test]
     fn an_update_moves_the_value_towards_its_target_and_leaves_the_target_network() {
         let mut learner = learner_after_one_step(true);
-        let target_before = learner.target.values(&image(50)).unwrap();
-        let error = |learner: &DynaQ| (learner.train.values(&image(50)).unwrap()[2] + 0.1).abs();
+        let target_before = values(&learner.target, &image(50));
+        let error = |learner: &DynaQ| (values(&learner.train, &image(50))[2] + 0.1).abs();
         let before = error(&learner);
         for _ in 0..20 {
-            learner.plan().unwrap();
+            learner.plan();
         }
         assert!(error(&learner) < before);
-        assert_eq!(learner.target.values(&image(50)).unwrap(), target_before);
-        learner.end_episode().unwrap();
-        assert_ne!(learner.target.values(&image(50)).unwrap(), target_before);
+        assert_eq!(values(&learner.target, &image(50)), target_before);
+        learner.end_episode();
+        assert_ne!(values(&learner.target, &image(50)), target_before);
     }
 
     #[test]
@@ -235,10 +249,10 @@ mod tests {
         let mut learner = DynaQ::new(Preset::Paper.settings(), 5).unwrap();
         learner.begin_episode(&image(0));
         for step in 1..=50 {
-            assert_eq!(learner.plan().unwrap(), None);
+            assert_eq!(learner.plan(), None);
             learner.remember(action(0), -0.1, false, &image(step));
         }
-        assert!(learner.plan().unwrap().is_some());
+        assert!(learner.plan().is_some());
     }
 
     #[test]
@@ -246,13 +260,13 @@ mod tests {
         let mut learner = DynaQ::new(Preset::Paper.settings(), 5).unwrap();
         let mut counts = [0; Action::COUNT];
         for _ in 0..7000 {
-            let decision = learner.act(&image(9), 1.0).unwrap();
+            let decision = learner.act(&image(9), 1.0);
             assert!(decision.explored);
             counts[usize::from(decision.action.index())] += 1;
         }
         assert!(counts.iter().all(|count| (880..1120).contains(count)), "{counts:?}");
         for _ in 0..100 {
-            let decision = learner.act(&image(9), 0.0).unwrap();
+            let decision = learner.act(&image(9), 0.0);
             assert!(!decision.explored);
             assert_eq!(decision.action, Action::greatest(&decision.values.unwrap()));
         }
@@ -262,6 +276,6 @@ mod tests {
     fn the_target_network_starts_as_the_training_network() {
         let learner = DynaQ::new(Preset::Paper.settings(), 5).unwrap();
         let (train, target) = (&learner.train, &learner.target);
-        assert_eq!(train.values(&image(3)).unwrap(), target.values(&image(3)).unwrap());
+        assert_eq!(values(train, &image(3)), values(target, &image(3)));
     }
 }

@@ -6,7 +6,7 @@ use super::{
     action::Action,
     dyna_q::Decision,
     image::Image,
-    network::QNetwork,
+    policy::Policy,
     seeds::{Purpose, episode_seed},
     training::TrainingError,
 };
@@ -50,7 +50,7 @@ pub trait TestListener {
 /// Runs a test: always the action of the greatest value, no exploration.
 pub fn run_test(
     plan: &TestPlan,
-    network: &QNetwork,
+    policy: &mut Policy,
     room: &mut impl Environment,
     listener: &mut impl TestListener,
 ) -> Result<Vec<TestEpisode>, TrainingError> {
@@ -60,7 +60,7 @@ pub fn run_test(
             room.reset(episode_seed(Purpose::Test, plan.seed, episode), &plan.scenario)?;
         let mut result = TestEpisode { episode, steps: 0, blocked: 0, escaped: false };
         while result.steps < plan.max_steps {
-            let values = network.values(&image)?;
+            let values = policy.values(&image);
             let action = Action::greatest(&values);
             let decision = Decision { action, values: Some(values), explored: false };
             listener.step(episode, result.steps, &image, &decision);

@@ -3,20 +3,22 @@
 //! - [`settings`]: the presets and every number of the method.
 //! - [`training`]: the loop over episodes and steps; it reads beside the paper's Figure 2.
 //! - [`dyna_q`]: the learner: act, remember, plan, end an episode.
-//! - [`network`], [`adam`]: the networks and what moves their weights.
+//! - [`network`], [`perceptron`]: the networks as they are described and saved, and as they are
+//!   computed and trained.
 //! - [`replay_memory`], [`exploration`]: what is remembered, and when chance decides.
-//! - [`evaluation`]: the greedy test of a trained policy.
+//! - [`policy`], [`evaluation`]: what a trained network does, and its greedy test.
 //! - [`checkpoint`]: a training, laid down and taken up again.
 //! - [`seeds`]: the seed of every episode, from the seed of the run.
 
 pub mod action;
-pub mod adam;
 pub mod checkpoint;
 pub mod dyna_q;
 pub mod evaluation;
 pub mod exploration;
 pub mod image;
 pub mod network;
+pub mod perceptron;
+pub mod policy;
 pub mod record;
 pub mod replay_memory;
 pub mod seeds;

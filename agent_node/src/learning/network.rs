@@ -1,14 +1,17 @@
 //! The deep Q-network: a multilayer perceptron from an image to the values of the seven actions.
+//!
+//! Here it is described, initialised, named for files and, in tests, computed by candle;
+//! [`super::perceptron`] computes it in the loop.
 
 use std::collections::HashMap;
 
-use candle_core::{DType, Device, Module, Result, Tensor, Var};
+use candle_core::{DType, Device, Module, Result, Tensor};
 use candle_nn::Linear;
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 use thiserror::Error;
 
-use super::{action::Action, adam::TowardsTraining, image::Image};
+use super::{action::Action, image::Image};
 
 /// A multilayer perceptron with ReLU between its layers, and none behind the last.
 ///
@@ -16,7 +19,6 @@ use super::{action::Action, adam::TowardsTraining, image::Image};
 /// `layers.0.weight`, `layers.0.bias` and so on, from the input.
 #[derive(Clone, Debug)]
 pub struct QNetwork {
-    variables: Vec<(String, Var)>,
     layers: Vec<Linear>,
 }
 
@@ -54,7 +56,7 @@ impl QNetwork {
     /// looks worse than staying: the agent avoids the exit until the target network, which moves once
     /// an episode, has sunk below 0. From values of zero, nothing has to be unlearnt first.
     pub fn new(hidden_layers: &[usize], random: &mut impl Rng) -> Result<QNetwork> {
-        let mut variables = Vec::new();
+        let mut layers = Vec::new();
         let mut inputs = Image::BYTES;
         let sizes = hidden_layers.iter().copied().chain([Action::COUNT]);
         for (layer, outputs) in sizes.enumerate() {
@@ -62,31 +64,26 @@ impl QNetwork {
             let deviation = if is_output { 0.0 } else { (2.0 / inputs as f32).sqrt() };
             let weights: Vec<f32> =
                 (0..inputs * outputs).map(|_| deviation * truncated_normal(random)).collect();
-            let weight = Var::from_vec(weights, (outputs, inputs), &Device::Cpu)?;
-            let bias = Var::zeros(outputs, DType::F32, &Device::Cpu)?;
-            variables.push((format!("layers.{layer}.weight"), weight));
-            variables.push((format!("layers.{layer}.bias"), bias));
+            let weight = Tensor::from_vec(weights, (outputs, inputs), &Device::Cpu)?;
+            let bias = Tensor::zeros(outputs, DType::F32, &Device::Cpu)?;
+            layers.push(Linear::new(weight, Some(bias)));
             inputs = outputs;
         }
-        Ok(QNetwork::from_variables(variables))
+        Ok(QNetwork { layers })
     }
 
-    fn from_variables(variables: Vec<(String, Var)>) -> QNetwork {
-        let layers = variables
-            .chunks_exact(2)
-            .map(|pair| {
-                Linear::new(pair[0].1.as_tensor().clone(), Some(pair[1].1.as_tensor().clone()))
-            })
-            .collect();
-        QNetwork { variables, layers }
+    /// A network of these weights `[outputs, inputs]` and biases `[outputs]`.
+    pub fn from_layers(layers: impl Iterator<Item = Result<[Tensor; 2]>>) -> Result<QNetwork> {
+        let layers =
+            layers.map(|layer| layer.map(|[weight, bias]| Linear::new(weight, Some(bias))));
+        Ok(QNetwork { layers: layers.collect::<Result<_>>()? })
     }
 
-    /// Another network with the same weights, which does not follow this one's.
-    pub fn copied(&self) -> Result<QNetwork> {
-        let copy =
-            |(name, var): &(String, Var)| Ok((name.clone(), Var::from_tensor(&var.copy()?)?));
-        let variables = self.variables.iter().map(copy).collect::<Result<_>>()?;
-        Ok(QNetwork::from_variables(variables))
+    /// The weights and biases, from the input.
+    pub fn layers(&self) -> impl Iterator<Item = (&Tensor, &Tensor)> {
+        self.layers
+            .iter()
+            .map(|layer| (layer.weight(), layer.bias().expect("every layer is made with a bias")))
     }
 
     /// The values of the actions: `[batch, 420]` to `[batch, 7]`.
@@ -99,58 +96,41 @@ impl QNetwork {
         last.forward(&values)
     }
 
-    /// The values of the seven actions in one state.
-    pub fn values(&self, image: &Image) -> Result<[f32; Action::COUNT]> {
-        let mut input = vec![0.0; Image::BYTES];
-        Image::write_input(image.bytes(), &mut input);
-        let output = self.forward(&Tensor::from_vec(input, (1, Image::BYTES), &Device::Cpu)?)?;
-        let values = output.flatten_all()?.to_vec1()?;
-        Ok(values.try_into().expect("the output layer has one neuron per action"))
-    }
-
-    /// Moves the weights by `tau` of the way towards another network's (eq. 6).
-    pub fn move_towards(&self, train: &QNetwork, tau: f32) -> Result<()> {
-        for ((_, target), (_, train)) in self.variables.iter().zip(&train.variables) {
-            target.inplace_op2(train, &TowardsTraining { tau })?;
-        }
-        Ok(())
-    }
-
-    /// The variables, for an optimizer.
-    pub fn variables(&self) -> Vec<Var> {
-        self.variables.iter().map(|(_, variable)| variable.clone()).collect()
-    }
-
     /// The weights and biases with their names.
-    pub fn tensors(&self) -> impl Iterator<Item = (&str, &Tensor)> {
-        self.variables.iter().map(|(name, variable)| (name.as_str(), variable.as_tensor()))
+    pub fn tensors(&self) -> impl Iterator<Item = (String, &Tensor)> {
+        self.layers().enumerate().flat_map(|(index, (weight, bias))| {
+            [(format!("layers.{index}.weight"), weight), (format!("layers.{index}.bias"), bias)]
+        })
     }
 
-    /// Fills the network with numbers, the output layer too.
+    /// A network of the same shape, the output layer too filled with numbers.
     #[cfg(test)]
-    pub(super) fn randomize(&self, seed: u8) {
+    pub(super) fn randomized(&self, seed: u8) -> QNetwork {
         let mut random = <rand_chacha::ChaCha8Rng as rand::SeedableRng>::from_seed([seed; 32]);
-        for (_, variable) in &self.variables {
-            let count = variable.elem_count();
+        let mut numbers = |tensor: &Tensor| {
+            let count = tensor.elem_count();
             let values: Vec<f32> =
                 (0..count).map(|_| 0.1 * truncated_normal(&mut random)).collect();
-            let tensor = Tensor::from_vec(values, variable.dims(), &Device::Cpu).unwrap();
-            variable.set(&tensor).unwrap();
-        }
+            Tensor::from_vec(values, tensor.dims(), &Device::Cpu)
+        };
+        QNetwork::from_layers(
+            self.layers().map(|(weight, bias)| Ok([numbers(weight)?, numbers(bias)?])),
+        )
+        .unwrap()
     }
 
-    /// Takes over weights and biases; changes nothing unless all of them fit.
-    pub fn set_tensors(
+    /// A network of the same shape with saved weights and biases.
+    pub fn with_tensors(
         &self,
         prefix: &str,
         tensors: &HashMap<String, Tensor>,
-    ) -> std::result::Result<(), WeightsError> {
+    ) -> std::result::Result<QNetwork, WeightsError> {
         let mut found = Vec::new();
-        for (name, variable) in &self.variables {
+        for (name, own) in self.tensors() {
             let name = format!("{prefix}{name}");
             let tensor = tensors.get(&name).ok_or_else(|| WeightsError::Missing(name.clone()))?;
-            if tensor.dims() != variable.dims() {
-                let (found, expected) = (tensor.dims().to_vec(), variable.dims().to_vec());
+            if tensor.dims() != own.dims() {
+                let (found, expected) = (tensor.dims().to_vec(), own.dims().to_vec());
                 return Err(WeightsError::Shape { name, found, expected });
             }
             let tensor = tensor.to_dtype(DType::F32)?;
@@ -158,12 +138,10 @@ impl QNetwork {
             if !numbers.iter().all(|number| number.is_finite()) {
                 return Err(WeightsError::NotFinite(name));
             }
-            found.push((variable, tensor));
+            found.push(tensor);
         }
-        for (variable, tensor) in found {
-            variable.set(&tensor)?;
-        }
-        Ok(())
+        let pairs = found.chunks_exact(2).map(|pair| Ok([pair[0].clone(), pair[1].clone()]));
+        Ok(QNetwork::from_layers(pairs)?)
     }
 }
 
@@ -189,12 +167,6 @@ mod tests {
 
     fn network() -> QNetwork {
         QNetwork::new(&[64, 128, 64], &mut ChaCha8Rng::from_seed([7; 32])).unwrap()
-    }
-
-    fn random_network(seed: u8) -> QNetwork {
-        let network = network();
-        network.randomize(seed);
-        network
     }
 
     #[test]
@@ -225,71 +197,19 @@ mod tests {
     }
 
     #[test]
-    fn a_small_network_by_hand() {
-        let network = network();
-        for (_, variable) in &network.variables {
-            variable.set(&variable.zeros_like().unwrap()).unwrap();
-        }
-        // One path: pixel 3 -> neuron 5 -> neuron 6 -> neuron 7 -> action 2, and a negative one
-        // into neuron 8, which ReLU cuts off.
-        let set = |layer: usize, row: usize, column: usize, value: f32| {
-            let weight = &network.variables[2 * layer].1;
-            let mut rows: Vec<Vec<f32>> = weight.to_vec2().unwrap();
-            rows[row][column] = value;
-            weight.set(&Tensor::new(rows, &Device::Cpu).unwrap()).unwrap();
-        };
-        set(0, 5, 3, 2.0);
-        set(0, 8, 3, -2.0);
-        set(1, 6, 5, 3.0);
-        set(1, 6, 8, 100.0);
-        set(2, 7, 6, 0.5);
-        set(3, 2, 7, -1.0);
-        let mut bytes = [0; Image::BYTES];
-        bytes[3] = 51;
-        let values = network.values(&Image::try_from(bytes.as_slice()).unwrap()).unwrap();
-        // 51 / 255 = 0.2; 0.2 * 2 * 3 * 0.5 * -1 = -0.6
-        assert!((values[2] + 0.6).abs() < 1e-6);
-        assert!(values.iter().enumerate().all(|(i, v)| i == 2 || *v == 0.0));
-    }
-
-    #[test]
-    fn the_target_moves_by_tau() {
-        let (train, target) = (random_network(1), random_network(2));
-        let before: Vec<f32> = target.variables[0].1.flatten_all().unwrap().to_vec1().unwrap();
-        target.move_towards(&train, 0.1).unwrap();
-        let after: Vec<f32> = target.variables[0].1.flatten_all().unwrap().to_vec1().unwrap();
-        let train: Vec<f32> = train.variables[0].1.flatten_all().unwrap().to_vec1().unwrap();
-        for ((before, after), train) in before.iter().zip(after).zip(train) {
-            assert!((after - (0.9 * before + 0.1 * train)).abs() < 1e-6);
-        }
-    }
-
-    #[test]
-    fn a_copy_is_equal_and_its_own() {
-        let (original, image) =
-            (random_network(1), Image::try_from([9; Image::BYTES].as_slice()).unwrap());
-        let copy = original.copied().unwrap();
-        let values = original.values(&image).unwrap();
-        assert_eq!(copy.values(&image).unwrap(), values);
-        copy.move_towards(&random_network(2), 0.5).unwrap();
-        assert_eq!(original.values(&image).unwrap(), values);
-        assert_ne!(copy.values(&image).unwrap(), values);
-    }
-
-    #[test]
     fn foreign_tensors_are_refused() {
         let network = network();
         let mut tensors: HashMap<String, Tensor> = network
             .tensors()
             .map(|(name, tensor)| (name.to_owned(), tensor.copy().unwrap()))
             .collect();
-        network.set_tensors("", &tensors).unwrap();
+        network.with_tensors("", &tensors).unwrap();
         let nan = Tensor::new(&[f32::NAN; 7], &Device::Cpu).unwrap();
         tensors.insert("layers.3.bias".into(), nan);
-        assert!(matches!(network.set_tensors("", &tensors), Err(WeightsError::NotFinite(_))));
+        assert!(matches!(network.with_tensors("", &tensors), Err(WeightsError::NotFinite(_))));
         tensors.insert("layers.3.bias".into(), Tensor::zeros(8, DType::F32, &Device::Cpu).unwrap());
-        assert!(matches!(network.set_tensors("", &tensors), Err(WeightsError::Shape { .. })));
+        assert!(matches!(network.with_tensors("", &tensors), Err(WeightsError::Shape { .. })));
         tensors.remove("layers.3.bias");
-        assert!(matches!(network.set_tensors("", &tensors), Err(WeightsError::Missing(_))));
+        assert!(matches!(network.with_tensors("", &tensors), Err(WeightsError::Missing(_))));
     }
 }

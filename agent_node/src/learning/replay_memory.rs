@@ -3,7 +3,7 @@
 //! Consecutive experiences share an image, so images are stored once, as bytes, and an experience
 //! points at two of them.
 
-use rand::{Rng, seq::index};
+use rand::{Rng, RngExt};
 
 use super::{action::Action, image::Image};
 
@@ -98,14 +98,24 @@ impl ReplayMemory {
         }
     }
 
-    /// Draws `count` different experiences uniformly, as indices for [`ReplayMemory::get`]; `None`
-    /// while there are fewer.
+    /// Draws different experiences uniformly, as indices for [`ReplayMemory::get`], one for each
+    /// place in the batch; false while there are fewer.
     ///
     /// What is drawn depends on the generator and the length only. So it is known before an
     /// experience is there: with `one_more`, the draw is that after the next [`ReplayMemory::store`].
-    pub fn draw(&self, count: usize, one_more: bool, random: &mut impl Rng) -> Option<Vec<usize>> {
+    ///
+    /// This is Floyd's algorithm (Bentley, Programming Pearls, CACM 30(9), 1987), in place.
+    pub fn draw(&self, batch: &mut [usize], one_more: bool, random: &mut impl Rng) -> bool {
         let length = (self.len() + usize::from(one_more)).min(self.capacity);
-        (length >= count).then(|| index::sample(random, length, count).into_vec())
+        let Some(first) = length.checked_sub(batch.len()) else {
+            return false;
+        };
+        for place in 0..batch.len() {
+            let last = first + place;
+            let index = random.random_range(0..=last);
+            batch[place] = if batch[..place].contains(&index) { last } else { index };
+        }
+        true
     }
 
     /// The index that the next experience will have.
@@ -223,10 +233,11 @@ mod tests {
             memory.store(Action::try_from(0).unwrap(), -0.1, false, &image(number));
         }
         let mut random = ChaCha8Rng::from_seed([1; 32]);
-        assert_eq!(memory.draw(61, false, &mut random), None);
+        assert!(!memory.draw(&mut [0; 61], false, &mut random));
         let mut counts = [0u32; 60];
         for _ in 0..6000 {
-            let batch = memory.draw(20, false, &mut random).unwrap();
+            let mut batch = [0; 20];
+            assert!(memory.draw(&mut batch, false, &mut random));
             assert_eq!(batch.iter().collect::<HashSet<_>>().len(), 20);
             batch.into_iter().for_each(|index| counts[index] += 1);
         }

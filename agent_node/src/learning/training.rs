@@ -106,13 +106,16 @@ pub struct Training {
     /// What has been done.
     pub progress: Progress,
     pub(super) learner: DynaQ,
+    /// The batch of the present update.
+    batch: Vec<usize>,
 }
 
 impl Training {
     /// A training that has not begun.
     pub fn new(plan: Plan, settings: Settings) -> Result<Training, candle_core::Error> {
         let learner = DynaQ::new(settings, plan.seed)?;
-        Ok(Training { plan, progress: Progress::default(), learner })
+        let batch = learner.empty_batch();
+        Ok(Training { plan, progress: Progress::default(), learner, batch })
     }
 
     /// The learner.
@@ -185,7 +188,7 @@ impl Training {
         loop {
             // At time t the agent observes s_t and chooses a_t,
             let decision = match self.progress.current.begun {
-                None => self.learner.act(&state, epsilon)?,
+                None => self.learner.act(&state, epsilon),
                 // unless it had chosen before it was interrupted,
                 Some(begun) => Decision::from(action(begun.action)?),
             };
@@ -205,7 +208,7 @@ impl Training {
             *counted = Instant::now();
             if step.terminated || step.truncated {
                 // The target network follows at the end of each episode.
-                self.learner.end_episode()?;
+                self.learner.end_episode();
                 self.finish_episode(epsilon, step.terminated);
                 return Ok(());
             }
@@ -226,11 +229,8 @@ impl Training {
         let mut finished: Option<Step> = None;
         while self.updates_made() < self.learner.settings.planning_steps as u32 {
             let before = self.learner.replay_random.clone();
-            let batch = match finished {
-                None => self.learner.draw_ahead(),
-                Some(_) => self.learner.draw(),
-            };
-            let needs_newest = batch.as_ref().is_some_and(|batch| batch.contains(&newest));
+            let is_drawn = self.learner.draw(&mut self.batch, finished.is_none());
+            let needs_newest = is_drawn && self.batch.contains(&newest);
             if needs_newest && finished.is_none() {
                 let step = room.finish_step().inspect_err(|_| {
                     // The update was not made: made later, it must be the same one.
@@ -239,8 +239,8 @@ impl Training {
                 self.learner.remember(action, step.reward, step.terminated, &step.image);
                 finished = Some(step);
             }
-            if let Some(batch) = batch {
-                self.update(&batch)?;
+            if is_drawn {
+                self.update()?;
             }
             if let Some(begun) = &mut self.progress.current.begun {
                 begun.updates += 1;
@@ -260,9 +260,9 @@ impl Training {
         self.progress.current.begun.map_or(0, |begun| begun.updates)
     }
 
-    fn update(&mut self, batch: &[usize]) -> Result<(), TrainingError> {
+    fn update(&mut self) -> Result<(), TrainingError> {
         let started = Instant::now();
-        let loss = self.learner.update(batch)?;
+        let loss = self.learner.update(&self.batch);
         if !loss.is_finite() {
             return Err(TrainingError::Diverged { loss, episode: self.episode() });
         }

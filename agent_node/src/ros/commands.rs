@@ -30,7 +30,7 @@ use crate::{
         dyna_q::Decision,
         evaluation::{Evaluation, TestEpisode, TestListener, TestPlan, run_test},
         image::Image,
-        network::QNetwork,
+        policy::Policy,
         record::EpisodeRecord,
         seeds::{Purpose, episode_seed},
         training::{Listener, Plan, Training, TrainingError},
@@ -160,8 +160,8 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
     let mut frames = Vec::new();
     if test.episodes > 0 {
         let plan = test.plan(&training.plan.scenario);
-        let network = training.learner().network();
-        let Some(tested) = run_and_sum_up(&plan, network, &mut room, oracle.as_ref())? else {
+        let mut policy = Policy::new(&training.learner().network().network()?)?;
+        let Some(tested) = run_and_sum_up(&plan, &mut policy, &mut room, oracle.as_ref())? else {
             info!("stopped before the end of the test; the training is complete");
             return Ok(node.shutdown().check()?);
         };
@@ -199,14 +199,14 @@ pub fn evaluate(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<
     let common = Common::declare(&mut node)?;
     node.start_parameter_services()?;
 
-    let network = load_model(&model.join(RunDirectory::MODEL), &settings)?;
+    let mut policy = Policy::new(&load_model(&model.join(RunDirectory::MODEL), &settings)?)?;
     let directory = RunDirectory::open(Path::new(&out))?;
     let connection = Connection::new(&mut node)?;
     let Some(mut room) = connect(&node, connection, common.deadline)? else {
         return Ok(node.shutdown().check()?);
     };
     let plan = test.plan(&scenario);
-    match run_and_sum_up(&plan, &network, &mut room, oracle.as_ref())? {
+    match run_and_sum_up(&plan, &mut policy, &mut room, oracle.as_ref())? {
         Some(tested) => directory.write_json("evaluation.json", &tested.evaluation)?,
         None => info!("stopped before the end of the test"),
     }
@@ -318,7 +318,7 @@ struct Tested {
 /// Runs a test; `None` if the node shut down before its end.
 fn run_and_sum_up(
     plan: &TestPlan,
-    network: &QNetwork,
+    policy: &mut Policy,
     room: &mut Simulator,
     oracle: Option<&Oracle>,
 ) -> anyhow::Result<Option<Tested>> {
@@ -328,7 +328,7 @@ fn run_and_sum_up(
         escaped: 0,
         frames: Vec::new(),
     };
-    let episodes = match run_test(plan, network, room, &mut listener) {
+    let episodes = match run_test(plan, policy, room, &mut listener) {
         Ok(episodes) => episodes,
         Err(TrainingError::Environment(EnvironmentError::Shutdown)) => return Ok(None),
         Err(error) => return Err(error.into()),

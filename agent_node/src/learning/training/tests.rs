@@ -106,19 +106,19 @@ fn sequential(plan: &Plan, settings: &Settings) -> (u64, Vec<u8>) {
         let mut state = room.reset(seed, &plan.scenario).unwrap();
         learner.begin_episode(&state);
         loop {
-            let decision = learner.act(&state, epsilon).unwrap();
+            let decision = learner.act(&state, epsilon);
             let step = room.step(&decision).unwrap();
             steps += 1;
             learner.remember(decision.action, step.reward, step.terminated, &step.image);
             for _ in 0..settings.planning_steps {
-                learner.plan().unwrap();
+                learner.plan();
             }
             if step.terminated || step.truncated {
                 break;
             }
             state = step.image;
         }
-        learner.end_episode().unwrap();
+        learner.end_episode();
     }
     (steps, model_bytes(learner.network()).unwrap())
 }

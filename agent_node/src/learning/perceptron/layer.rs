@@ -1,0 +1,198 @@
+//! A fully connected layer.
+
+use aligned_vec::{AVec, ConstAlign};
+use candle_core::{Device, Tensor};
+use pulp::{Simd, WithSimd};
+
+use super::tile::{LANES, Tiled, add_products, for_each_tile, take, vectors, vectors_mut};
+
+/// Numbers that begin at a cache line, so that no vector lies across two of them.
+pub(super) type Floats = AVec<f32, ConstAlign<64>>;
+
+/// So many zeros.
+pub(super) fn zeros(count: usize) -> Floats {
+    AVec::from_iter(64, std::iter::repeat_n(0.0, count))
+}
+
+/// The weights and biases of a layer, or something else of their shape, as Adam's moments.
+///
+/// Row i holds what input i gives to each output; behind the inputs stands a row of biases.
+/// Rows are padded with zeros, which no gradient ever moves.
+#[derive(Clone, Debug)]
+pub(super) struct Layer {
+    pub(super) inputs: usize,
+    pub(super) outputs: usize,
+    /// `[inputs + 1, width]`
+    pub(super) parameters: Floats,
+}
+
+impl Layer {
+    /// A layer of zeros.
+    pub(super) fn zeros(inputs: usize, outputs: usize) -> Layer {
+        let width = outputs.next_multiple_of(LANES);
+        Layer { inputs, outputs, parameters: zeros((inputs + 1) * width) }
+    }
+
+    /// The outputs, padded.
+    pub(super) fn width(&self) -> usize {
+        self.outputs.next_multiple_of(LANES)
+    }
+
+    /// Takes over a weight `[outputs, inputs]` and a bias `[outputs]`.
+    pub(super) fn read(&mut self, weight: &Tensor, bias: &Tensor) -> candle_core::Result<()> {
+        let width = self.width();
+        let columns: Vec<Vec<f32>> = weight.to_vec2()?;
+        for (output, column) in columns.iter().enumerate() {
+            for (input, value) in column.iter().enumerate() {
+                self.parameters[input * width + output] = *value;
+            }
+        }
+        let biases = self.inputs * width;
+        self.parameters[biases..biases + self.outputs].copy_from_slice(&bias.to_vec1()?);
+        Ok(())
+    }
+
+    /// The weight `[outputs, inputs]` and the bias `[outputs]`.
+    pub(super) fn tensors(&self) -> candle_core::Result<[Tensor; 2]> {
+        let (width, device) = (self.width(), &Device::Cpu);
+        let number = |input: usize, output: usize| self.parameters[input * width + output];
+        let weight: Vec<f32> = (0..self.outputs)
+            .flat_map(|output| (0..self.inputs).map(move |input| number(input, output)))
+            .collect();
+        let bias: Vec<f32> = (0..self.outputs).map(|output| number(self.inputs, output)).collect();
+        Ok([
+            Tensor::from_vec(weight, (self.outputs, self.inputs), device)?,
+            Tensor::from_vec(bias, self.outputs, device)?,
+        ])
+    }
+
+    /// Writes the weights with outputs as rows, `[outputs, inputs padded]`; the padding is left.
+    pub(super) fn transpose(&self, transposed: &mut [f32]) {
+        const BLOCK: usize = 4;
+        let (width, stride) = (self.width(), self.inputs.next_multiple_of(LANES));
+        let whole = self.inputs / BLOCK * BLOCK;
+        for output in (0..self.outputs).step_by(BLOCK) {
+            let height = BLOCK.min(self.outputs - output);
+            let columns = &mut transposed[output * stride..][..height * stride];
+            for input in (0..whole).step_by(BLOCK) {
+                let rows: [[f32; BLOCK]; BLOCK] = std::array::from_fn(|row| {
+                    take(&self.parameters, (input + row) * width + output)
+                });
+                for (column, to) in columns.chunks_exact_mut(stride).enumerate() {
+                    to[input..input + BLOCK].copy_from_slice(&rows.map(|row| row[column]));
+                }
+            }
+            for input in whole..self.inputs {
+                for (column, to) in columns.chunks_exact_mut(stride).enumerate() {
+                    to[input] = self.parameters[input * width + output + column];
+                }
+            }
+        }
+    }
+}
+
+/// What becomes of a sum before it is written.
+#[derive(Clone, Copy)]
+pub(super) enum Finish<T> {
+    /// Nothing.
+    Linear,
+    /// Nothing below 0.
+    Relu,
+    /// The gradient through a ReLU: 0 where its output, of the product's own shape, is not above 0.
+    WherePositive(T),
+}
+
+/// `product = finish(bias + left right)`.
+pub(super) struct Product<'a> {
+    /// `[rows, terms]`, each row so many floats behind the one before.
+    pub(super) left: &'a [f32],
+    pub(super) left_stride: usize,
+    pub(super) rows: usize,
+    /// `[terms, width]`
+    pub(super) right: &'a [f32],
+    pub(super) terms: usize,
+    /// `[width]`
+    pub(super) bias: Option<&'a [f32]>,
+    /// `[rows, width]`
+    pub(super) product: &'a mut [f32],
+    pub(super) width: usize,
+    pub(super) finish: Finish<&'a [f32]>,
+}
+
+impl WithSimd for Product<'_> {
+    type Output = ();
+
+    fn with_simd<S: Simd>(self, simd: S) {
+        let columns = self.width / S::F32_LANES;
+        let mut tiles = ProductTiles::<S> {
+            left: self.left,
+            left_stride: self.left_stride,
+            right: vectors::<S>(&self.right[..self.terms * self.width]),
+            terms: self.terms,
+            bias: self.bias.map(vectors::<S>),
+            product: vectors_mut::<S>(self.product),
+            columns,
+            finish: match self.finish {
+                Finish::Linear => Finish::Linear,
+                Finish::Relu => Finish::Relu,
+                Finish::WherePositive(output) => Finish::WherePositive(vectors::<S>(output)),
+            },
+        };
+        for_each_tile(simd, self.rows, columns, &mut tiles);
+    }
+}
+
+struct ProductTiles<'a, S: Simd> {
+    left: &'a [f32],
+    left_stride: usize,
+    right: &'a [S::f32s],
+    terms: usize,
+    bias: Option<&'a [S::f32s]>,
+    product: &'a mut [S::f32s],
+    columns: usize,
+    finish: Finish<&'a [S::f32s]>,
+}
+
+impl<S: Simd> Tiled<S> for ProductTiles<'_, S> {
+    #[inline(always)]
+    fn tile<const R: usize, const C: usize>(&mut self, simd: S, row: usize, column: usize) {
+        let zero = simd.splat_f32s(0.0);
+        let start = match self.bias {
+            Some(bias) => [take(bias, column); R],
+            None => [[zero; C]; R],
+        };
+        let mut rows: [&[f32]; R] = [&[]; R];
+        for (r, values) in rows.iter_mut().enumerate() {
+            *values = &self.left[(row + r) * self.left_stride..][..self.terms];
+        }
+        let left = (0..self.terms).map(|term| {
+            let mut values = [0.0; R];
+            for r in 0..R {
+                values[r] = rows[r][term];
+            }
+            values
+        });
+        let right = self.right.chunks_exact(self.columns).map(|row| take(row, column));
+        let sums = add_products::<S, R, C>(simd, start, left, right);
+        for (r, sums) in sums.iter().enumerate() {
+            let start = (row + r) * self.columns + column;
+            let product = &mut self.product[start..start + C];
+            match self.finish {
+                Finish::Linear => product.copy_from_slice(sums),
+                Finish::Relu => {
+                    for c in 0..C {
+                        // In this order a NaN stays one, and is noticed in the loss.
+                        product[c] = simd.max_f32s(zero, sums[c]);
+                    }
+                }
+                Finish::WherePositive(output) => {
+                    let output = &output[start..start + C];
+                    for c in 0..C {
+                        let positive = simd.greater_than_f32s(output[c], zero);
+                        product[c] = simd.select_f32s(positive, sums[c], zero);
+                    }
+                }
+            }
+        }
+    }
+}

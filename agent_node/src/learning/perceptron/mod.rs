@@ -1,0 +1,138 @@
+//! The arithmetic of the Q-network, at the speed of the processor.
+//!
+//! [`super::network`] describes a network; here its weights lie as the hot loop reads them, and
+//! forward pass, backward propagation and Adam are a few passes over them, without allocation.
+//! Vector instructions are chosen at run time, by what the processor has.
+
+mod adam;
+mod layer;
+mod tile;
+
+use pulp::Arch;
+
+pub use self::adam::Adam;
+use self::layer::{Finish, Floats, Layer, Product, zeros};
+use super::network::QNetwork;
+
+/// A multilayer perceptron with ReLU between its layers, and none behind the last.
+#[derive(Clone, Debug)]
+pub struct Perceptron {
+    layers: Vec<Layer>,
+    arch: Arch,
+}
+
+/// A forward pass: the inputs of a batch and the outputs of every layer.
+#[derive(Clone, Debug)]
+pub struct Activations {
+    /// `[batch, inputs]`
+    inputs: Floats,
+    /// `[batch, width]` for each layer
+    outputs: Vec<Floats>,
+    input_count: usize,
+    output_width: usize,
+    batch: usize,
+}
+
+impl Perceptron {
+    /// A network with the weights of another.
+    pub fn new(network: &QNetwork) -> candle_core::Result<Perceptron> {
+        let layers = network.layers().map(|(weight, _)| {
+            let (outputs, inputs) = weight.dims2()?;
+            Ok(Layer::zeros(inputs, outputs))
+        });
+        let layers = layers.collect::<candle_core::Result<_>>()?;
+        let mut perceptron = Perceptron { layers, arch: Arch::new() };
+        perceptron.read(network)?;
+        Ok(perceptron)
+    }
+
+    /// Takes over the weights of a network of the same shape.
+    pub fn read(&mut self, network: &QNetwork) -> candle_core::Result<()> {
+        for (layer, (weight, bias)) in self.layers.iter_mut().zip(network.layers()) {
+            layer.read(weight, bias)?;
+        }
+        Ok(())
+    }
+
+    /// The network that has these weights.
+    pub fn network(&self) -> candle_core::Result<QNetwork> {
+        QNetwork::from_layers(self.layers.iter().map(Layer::tensors))
+    }
+
+    /// A network of the same shape, all zero.
+    pub fn zeros_like(&self) -> Perceptron {
+        let zeros = |layer: &Layer| Layer::zeros(layer.inputs, layer.outputs);
+        Perceptron { layers: self.layers.iter().map(zeros).collect(), arch: self.arch }
+    }
+
+    /// Room for a forward pass of so many samples.
+    pub fn activations(&self, batch: usize) -> Activations {
+        let input_count = self.layers.first().map_or(0, |layer| layer.inputs);
+        Activations {
+            inputs: zeros(batch * input_count),
+            outputs: self.layers.iter().map(|layer| zeros(batch * layer.width())).collect(),
+            input_count,
+            output_width: self.layers.last().map_or(0, Layer::width),
+            batch,
+        }
+    }
+
+    /// The outputs for the inputs.
+    pub fn forward(&self, activations: &mut Activations) {
+        let Activations { inputs, outputs, batch, .. } = activations;
+        for (index, layer) in self.layers.iter().enumerate() {
+            let (before, after) = outputs.split_at_mut(index);
+            let (left, left_stride) = match before.last() {
+                None => (&*inputs, layer.inputs),
+                Some(output) => (output, self.layers[index - 1].width()),
+            };
+            let (weights, bias) = layer.parameters.split_at(layer.inputs * layer.width());
+            let is_last = index + 1 == self.layers.len();
+            self.arch.dispatch(Product {
+                left,
+                left_stride,
+                rows: *batch,
+                right: weights,
+                terms: layer.inputs,
+                bias: Some(bias),
+                product: &mut after[0],
+                width: layer.width(),
+                finish: if is_last { Finish::Linear } else { Finish::Relu },
+            });
+        }
+    }
+
+    /// Moves the weights by `tau` of the way towards another network's (eq. 6).
+    pub fn move_towards(&mut self, other: &Perceptron, tau: f32) {
+        for (layer, other) in self.layers.iter_mut().zip(&other.layers) {
+            for (to, from) in layer.parameters.iter_mut().zip(other.parameters.iter()) {
+                *to += tau * (from - *to);
+            }
+        }
+    }
+}
+
+impl Activations {
+    /// How many samples there are.
+    pub fn batch(&self) -> usize {
+        self.batch
+    }
+
+    /// The inputs of each sample.
+    pub fn inputs_mut(&mut self) -> impl Iterator<Item = &mut [f32]> {
+        self.inputs.chunks_exact_mut(self.input_count)
+    }
+
+    /// The outputs for each sample, behind them padding.
+    pub fn outputs(&self) -> impl Iterator<Item = &[f32]> {
+        self.outputs.last().into_iter().flat_map(|last| last.chunks_exact(self.output_width))
+    }
+
+    /// Outputs of a sample with padding: how far the next sample's are behind them.
+    pub fn output_width(&self) -> usize {
+        self.output_width
+    }
+}
+
+#[cfg(test)]
+mod tests;
