@@ -27,6 +27,7 @@ pub mod node;
 pub mod parameters;
 pub mod service;
 pub mod shutdown;
+mod spin;
 
 pub use arguments::Arguments;
 pub use node::{Node, Publisher};

@@ -25,6 +25,7 @@ use crate::{
     parameters::{ParameterFileError, ParameterServices, Parameters},
     service::{ServiceClient, SharedNode, create_client, services},
     shutdown::Shutdown,
+    spin,
 };
 
 /// Why a node cannot be made, or not have one of its topics or services.
@@ -129,8 +130,11 @@ impl Node {
     }
 
     /// Runs a future on this thread; timers and signals go on beside it.
+    ///
+    /// While the future waits, the thread stays awake for a moment: see [`spin`].
     pub fn block_on<T>(&self, work: impl Future<Output = T>) -> T {
-        self.runtime.block_on(work)
+        let _context = self.runtime.enter();
+        spin::block_on(spin::WINDOW, work)
     }
 
     /// A publisher on a topic.

@@ -29,9 +29,13 @@ pub fn repository() -> &'static Path {
 pub fn binary(name: &str) -> PathBuf {
     static BUILT: OnceLock<PathBuf> = OnceLock::new();
     let directory = BUILT.get_or_init(|| {
-        // The tests' own program is in target/PROFILE/deps.
-        let test = std::env::current_exe().expect("this program has a path");
-        let directory = test.ancestors().nth(2).expect("target/PROFILE/deps").to_owned();
+        // The tests' own program is in target/PROFILE/deps, the benchmark's in target/PROFILE.
+        let own = std::env::current_exe().expect("this program has a path");
+        let parent = own.parent().expect("a program lies in a directory");
+        let directory = match parent.file_name() {
+            Some(name) if name == "deps" => parent.parent().expect("target/PROFILE").to_owned(),
+            _ => parent.to_owned(),
+        };
         let profile = match directory.file_name().and_then(|name| name.to_str()) {
             Some("debug") | None => "dev",
             Some(profile) => profile,
@@ -93,7 +97,6 @@ impl Nodes {
         command
             .env("ROS_DOMAIN_ID", self.domain_id.to_string())
             .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-            .env("RAYON_NUM_THREADS", "1")
             .stdin(Stdio::null());
         command
     }
@@ -123,10 +126,37 @@ impl Nodes {
         (status, read(&out), read(&err))
     }
 
+    /// How a participant of this process joins the domain.
+    pub fn discovery(&self) -> Discovery {
+        Discovery { domain_id: self.domain_id, range: Range::Localhost }
+    }
+
     /// A node in this process, as a client beside the others.
     pub fn client(&self) -> Node {
-        let discovery = Discovery { domain_id: self.domain_id, range: Range::Localhost };
-        Node::with_discovery("test_client", &Arguments::default(), discovery).expect("a node")
+        Node::with_discovery("test_client", &Arguments::default(), self.discovery())
+            .expect("a node")
+    }
+
+    /// The memory that a node holds, in MB (of 10^6 bytes).
+    pub fn memory_mb(&mut self, name: &str) -> f64 {
+        let status = format!("/proc/{}/status", self.process(name).child.id());
+        let status = std::fs::read_to_string(status).unwrap_or_default();
+        let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+        let kibibytes = line.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok());
+        kibibytes.map_or(f64::NAN, |kibibytes| kibibytes * 1024.0 / 1e6)
+    }
+
+    /// Waits for a node's end: the most memory that it was seen to hold, in MB.
+    pub fn greatest_memory_mb(&mut self, name: &str, patience: Duration) -> f64 {
+        let end = Instant::now() + patience;
+        let mut greatest = 0f64;
+        while self.process(name).child.try_wait().expect("it is our child").is_none() {
+            assert!(Instant::now() < end, "{name} does not end:\n{}", self.log(name));
+            // Not a number once the process has ended, which max leaves out.
+            greatest = greatest.max(self.memory_mb(name));
+            std::thread::sleep(Duration::from_millis(100));
+        }
+        greatest
     }
 
     /// Starts `sim_node` with parameters, such as `max_steps:=100`.

@@ -42,7 +42,9 @@ pub struct DynaQ {
     /// The forward pass of a state, and of a batch.
     activations: Activations,
     batch_activations: Activations,
-    /// `R + gamma max_a' Q(s', a'; w_target)` for each experience of a batch.
+    /// The indices of the batch that was drawn last.
+    batch: Vec<usize>,
+    /// `R + gamma max_a' Q(s', a'; w_target)` for each experience of it.
     targets: Vec<f32>,
 }
 
@@ -63,6 +65,7 @@ impl DynaQ {
             adam: Adam::new(&train, batch, rate, betas, epsilon),
             activations: train.activations(1),
             batch_activations: train.activations(batch),
+            batch: vec![0; batch],
             targets: vec![0.0; batch],
             train,
         })
@@ -92,25 +95,25 @@ impl DynaQ {
     /// Experience replay: one update of the training network from a batch of memories. Returns the
     /// loss, or `None` while there are too few memories.
     pub fn plan(&mut self) -> Option<f32> {
-        let mut batch = self.empty_batch();
-        self.draw(&mut batch, false).then(|| self.update(&batch))
-    }
-
-    /// Places for the indices of a batch.
-    pub(super) fn empty_batch(&self) -> Vec<usize> {
-        vec![0; self.settings.batch_size]
+        self.draw(false).then(|| self.update())
     }
 
     /// Draws the batch of an update; false while there are too few memories. With `ahead` it is that
     /// of the update which follows the next experience, which is not there yet.
-    pub(super) fn draw(&mut self, batch: &mut [usize], ahead: bool) -> bool {
-        self.memory.draw(batch, ahead, &mut self.replay_random)
+    pub(super) fn draw(&mut self, ahead: bool) -> bool {
+        self.memory.draw(&mut self.batch, ahead, &mut self.replay_random)
     }
 
-    /// One update of the training network from the experiences with these indices. Returns the loss,
-    /// the mean over the batch of `(R + gamma max_a' Q(s', a'; w_target) - Q(s, a; w_train))^2`
-    /// (eq. 5); nothing is changed if it is not finite.
-    pub(super) fn update(&mut self, batch: &[usize]) -> f32 {
+    /// The indices of the experiences that were drawn last.
+    pub(super) fn batch(&self) -> &[usize] {
+        &self.batch
+    }
+
+    /// One update of the training network from the batch that was drawn. Returns the loss, the mean
+    /// over the batch of `(R + gamma max_a' Q(s', a'; w_target) - Q(s, a; w_train))^2` (eq. 5);
+    /// nothing is changed if it is not finite.
+    pub(super) fn update(&mut self) -> f32 {
+        let batch = &self.batch;
         let activations = &mut self.batch_activations;
         for (input, index) in activations.inputs_mut().zip(batch) {
             let experience = self.memory.get(*index);

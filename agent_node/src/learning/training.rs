@@ -106,16 +106,13 @@ pub struct Training {
     /// What has been done.
     pub progress: Progress,
     pub(super) learner: DynaQ,
-    /// The batch of the present update.
-    batch: Vec<usize>,
 }
 
 impl Training {
     /// A training that has not begun.
     pub fn new(plan: Plan, settings: Settings) -> Result<Training, candle_core::Error> {
         let learner = DynaQ::new(settings, plan.seed)?;
-        let batch = learner.empty_batch();
-        Ok(Training { plan, progress: Progress::default(), learner, batch })
+        Ok(Training { plan, progress: Progress::default(), learner })
     }
 
     /// The learner.
@@ -229,8 +226,8 @@ impl Training {
         let mut finished: Option<Step> = None;
         while self.updates_made() < self.learner.settings.planning_steps as u32 {
             let before = self.learner.replay_random.clone();
-            let is_drawn = self.learner.draw(&mut self.batch, finished.is_none());
-            let needs_newest = is_drawn && self.batch.contains(&newest);
+            let is_drawn = self.learner.draw(finished.is_none());
+            let needs_newest = is_drawn && self.learner.batch().contains(&newest);
             if needs_newest && finished.is_none() {
                 let step = room.finish_step().inspect_err(|_| {
                     // The update was not made: made later, it must be the same one.
@@ -262,7 +259,7 @@ impl Training {
 
     fn update(&mut self) -> Result<(), TrainingError> {
         let started = Instant::now();
-        let loss = self.learner.update(&self.batch);
+        let loss = self.learner.update();
         if !loss.is_finite() {
             return Err(TrainingError::Diverged { loss, episode: self.episode() });
         }

@@ -95,11 +95,10 @@ fn the_update_is_candles_autograd_and_adam() {
         learner.target.read(&target).unwrap();
         remember_anything(&mut learner, 300);
         let mut reference = Reference::new(&train, target, &settings);
-        let mut batch = learner.empty_batch();
         for update in 0..300 {
-            assert!(learner.draw(&mut batch, false));
-            let expected = reference.update(&learner, &batch);
-            let loss = learner.update(&batch);
+            assert!(learner.draw(false));
+            let expected = reference.update(&learner);
+            let loss = learner.update();
             let error = (loss / expected - 1.0).abs();
             assert!(error < 1e-4, "{hidden:?}, update {update}: {loss}, candle {expected}");
         }
@@ -222,8 +221,8 @@ impl Reference {
     }
 
     /// Returns the loss.
-    fn update(&mut self, learner: &DynaQ, batch: &[usize]) -> f32 {
-        let memory = &learner.memory;
+    fn update(&mut self, learner: &DynaQ) -> f32 {
+        let (memory, batch) = (&learner.memory, learner.batch());
         let experiences: Vec<_> = batch.iter().map(|index| memory.get(*index)).collect();
         let images = |number: &dyn Fn(usize) -> u64| {
             let bytes = (0..batch.len()).flat_map(|row| memory.image(number(row)).to_vec());

@@ -1,0 +1,100 @@
+//! The update of the network beside the rate of sgemm, which bounds it.
+
+use std::{num::NonZeroU64, time::Instant};
+
+use agent_node::{
+    environment::Environment,
+    learning::{action::Action, dyna_q::DynaQ, image::Image, settings::{Preset, Settings}},
+};
+use candle_core::{Device, Tensor};
+use evac_tests::Room;
+use sim_node::world::WorldSettings;
+
+use crate::median;
+
+/// Rounds in which ruler and learner take turns, so that both see the same machine.
+const ROUNDS: usize = 21;
+const UPDATES_A_ROUND: usize = 200;
+const INFERENCES_A_ROUND: usize = 2000;
+
+/// The figures of a preset.
+pub struct LearnerFigures {
+    pub preset: Preset,
+    /// Speed of a matrix product of 1024 x 1024 x 1024, the `gemm` crate on one thread.
+    pub sgemm_gflops: f64,
+    /// A whole update: drawing and filling the batch, three passes, Adam.
+    pub update_us: f64,
+    /// The arithmetic of an update at the speed of sgemm.
+    pub update_roofline_us: f64,
+    /// The values of one state.
+    pub inference_us: f64,
+}
+
+pub fn measure() -> anyhow::Result<Vec<LearnerFigures>> {
+    Preset::ALL.into_iter().map(measure_preset).collect()
+}
+
+fn measure_preset(preset: Preset) -> anyhow::Result<LearnerFigures> {
+    let settings = preset.settings();
+    let mut learner = DynaQ::new(settings.clone(), 0)?;
+    let image = fill_memory(&mut learner, settings.memory_capacity)?;
+    let (mut sgemm, mut update, mut inference) = (Vec::new(), Vec::new(), Vec::new());
+    let matrix = Tensor::rand(-1f32, 1f32, (1024, 1024), &Device::Cpu)?;
+    for _ in 0..ROUNDS {
+        let started = Instant::now();
+        std::hint::black_box(matrix.matmul(&matrix)?);
+        sgemm.push(2.0 * 1024f64.powi(3) / started.elapsed().as_secs_f64() / 1e9);
+        for _ in 0..UPDATES_A_ROUND {
+            let started = Instant::now();
+            let loss = learner.plan();
+            update.push(started.elapsed().as_secs_f64() * 1e6);
+            anyhow::ensure!(loss.is_some_and(f32::is_finite), "an update was not made");
+        }
+        let started = Instant::now();
+        for _ in 0..INFERENCES_A_ROUND {
+            std::hint::black_box(learner.act(&image, 0.0));
+        }
+        inference.push(started.elapsed().as_secs_f64() * 1e6 / INFERENCES_A_ROUND as f64);
+    }
+    let sgemm_gflops = median(&mut sgemm);
+    Ok(LearnerFigures {
+        preset,
+        sgemm_gflops,
+        update_us: median(&mut update),
+        update_roofline_us: update_flop(&settings) / sgemm_gflops / 1e3,
+        inference_us: median(&mut inference),
+    })
+}
+
+/// Multiplications and additions of an update: a forward pass of both networks, and back the
+/// gradients of the weights and of all inputs but the images.
+fn update_flop(settings: &Settings) -> f64 {
+    let sizes: Vec<usize> = [Image::BYTES]
+        .into_iter()
+        .chain(settings.hidden_layers.iter().copied())
+        .chain([Action::COUNT])
+        .collect();
+    let products: Vec<usize> = sizes.windows(2).map(|pair| pair[0] * pair[1]).collect();
+    let all: usize = products.iter().sum();
+    2.0 * settings.batch_size as f64 * (4 * all - products[0]) as f64
+}
+
+/// Fills the memory as a training does, by any actions in the empty room. Returns the last image.
+fn fill_memory(learner: &mut DynaQ, count: usize) -> anyhow::Result<Image> {
+    let mut room = Room::new(WorldSettings::default());
+    let mut seed = NonZeroU64::MIN;
+    let mut image = room.reset(seed, "empty")?;
+    learner.begin_episode(&image);
+    for _ in 0..count {
+        let decision = learner.act(&image, 1.0);
+        let step = room.step(&decision)?;
+        learner.remember(decision.action, step.reward, step.terminated, &step.image);
+        image = step.image;
+        if step.terminated || step.truncated {
+            seed = seed.saturating_add(1);
+            image = room.reset(seed, "empty")?;
+            learner.begin_episode(&image);
+        }
+    }
+    Ok(image)
+}

@@ -1,0 +1,221 @@
+//! The round trip of a step, beside that of a plain ros2-client service and of a bare datagram.
+
+use std::{
+    net::UdpSocket,
+    process::{Child, Command},
+    time::{Duration, Instant},
+};
+
+use evac_msgs::{Header, Image, Reset, RosService, Step, reset, step};
+use evac_tests::{Nodes, PATIENCE};
+use ros_runtime::discovery::Discovery;
+use ros2_client::{
+    Client, Context, Name, Node, NodeName, NodeOptions, ServiceMapping,
+    qos::{History, QosProfile},
+};
+
+use crate::percentile;
+
+const ROUNDS: usize = 8;
+const CALLS_A_ROUND: u32 = 4000;
+/// RustDDS's memory grows until it clears its caches for the first time, after 6 s.
+const WARM_UP: Duration = Duration::from_secs(7);
+const UDP_PORT_VARIABLE: &str = "EVAC_BENCHMARK_PORT";
+const PLAIN_SERVICE: &str = "/plain_step";
+
+/// Percentiles in microseconds.
+pub struct Percentiles {
+    pub p50: f64,
+    pub p99: f64,
+    pub p999: f64,
+}
+
+impl Percentiles {
+    fn of(mut values: Vec<f64>) -> Percentiles {
+        Percentiles {
+            p50: percentile(&mut values, 0.5),
+            p99: percentile(&mut values, 0.99),
+            p999: percentile(&mut values, 0.999),
+        }
+    }
+}
+
+/// Round trips between two processes on this machine.
+pub struct RoundTripFigures {
+    /// A datagram of 16 bytes there, one of 480 back.
+    pub udp: Percentiles,
+    /// ros2-client's asynchronous client and server with the messages and QoS of a step.
+    pub plain: Percentiles,
+    /// A step of `sim_node`.
+    pub step: Percentiles,
+}
+
+pub fn measure() -> anyhow::Result<RoundTripFigures> {
+    let mut nodes = Nodes::new();
+    nodes.start_simulator(&["max_steps:=1000000000"]);
+    let mut node = nodes.client();
+    let own = std::env::current_exe()?;
+    let _plain_server = Ended(nodes.command(&own).arg("plain-server").spawn()?);
+    let udp = Udp::new(&mut nodes.command(&own))?;
+
+    let steps = node.create_client::<Step>("step")?;
+    let resets = node.create_client::<Reset>("reset")?;
+    node.block_on(steps.wait_until_ready(Some(PATIENCE)))?;
+    let reset = reset::Request { request: 1, seed: 1, scenario: "three_cylinders".into() };
+    let mut latest = node.block_on(resets.call(reset, Some(PATIENCE)))?;
+    anyhow::ensure!(latest.success, "{}", latest.message);
+    let plain = plain_client(&nodes.discovery())?;
+    futures::executor::block_on(plain.1.wait_for_service(&plain.0));
+
+    let (mut of_udp, mut of_plain, mut of_step) = (Vec::new(), Vec::new(), Vec::new());
+    let mut number = 0;
+    let mut seed = 1;
+    let mut call_step = || -> anyhow::Result<f64> {
+        number += 1;
+        let request =
+            step::Request { episode: latest.episode, step: number, action: (number % 7) as u8 };
+        let started = Instant::now();
+        let response = node.block_on(steps.call(request, Some(PATIENCE)))?;
+        let time = started.elapsed().as_secs_f64() * 1e6;
+        anyhow::ensure!(response.success, "{}", response.message);
+        if response.terminated || response.truncated {
+            (number, seed) = (0, seed + 1);
+            let scenario = "three_cylinders".to_owned();
+            let request = reset::Request { request: seed, seed, scenario };
+            latest = node.block_on(resets.call(request, Some(PATIENCE)))?;
+        }
+        Ok(time)
+    };
+    let started = Instant::now();
+    while started.elapsed() < WARM_UP {
+        for _ in 0..1000 {
+            call_step()?;
+            call_plain(&plain.1)?;
+        }
+    }
+    for _ in 0..ROUNDS {
+        for _ in 0..CALLS_A_ROUND {
+            of_udp.push(udp.call()?);
+        }
+        for _ in 0..CALLS_A_ROUND {
+            of_plain.push(call_plain(&plain.1)?);
+        }
+        for _ in 0..CALLS_A_ROUND {
+            of_step.push(call_step()?);
+        }
+    }
+    Ok(RoundTripFigures {
+        udp: Percentiles::of(of_udp),
+        plain: Percentiles::of(of_plain),
+        step: Percentiles::of(of_step),
+    })
+}
+
+/// A process that ends with this value.
+struct Ended(Child);
+
+impl Drop for Ended {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+struct Udp {
+    socket: UdpSocket,
+    _echo: Ended,
+}
+
+impl Udp {
+    fn new(command: &mut Command) -> anyhow::Result<Udp> {
+        let socket = UdpSocket::bind("127.0.0.1:0")?;
+        socket.set_read_timeout(Some(PATIENCE))?;
+        let port = socket.local_addr()?.port().to_string();
+        let echo = Ended(command.arg("udp-echo").env(UDP_PORT_VARIABLE, port).spawn()?);
+        // Its first datagram says where it is.
+        let (_, address) = socket.recv_from(&mut [0; 512])?;
+        socket.connect(address)?;
+        Ok(Udp { socket, _echo: echo })
+    }
+
+    fn call(&self) -> anyhow::Result<f64> {
+        let started = Instant::now();
+        self.socket.send(&[0; 16])?;
+        self.socket.recv(&mut [0; 512])?;
+        Ok(started.elapsed().as_secs_f64() * 1e6)
+    }
+}
+
+/// The other side of the bare datagrams.
+pub fn udp_echo() -> anyhow::Result<()> {
+    let port: u16 = std::env::var(UDP_PORT_VARIABLE)?.parse()?;
+    let socket = UdpSocket::bind("127.0.0.1:0")?;
+    socket.connect(("127.0.0.1", port))?;
+    socket.send(&[0])?;
+    loop {
+        socket.recv(&mut [0; 512])?;
+        socket.send(&[0; 480])?;
+    }
+}
+
+fn services() -> QosProfile {
+    QosProfile::publisher_default().history(History::KeepLast { depth: 10 })
+}
+
+fn plain_node(discovery: &Discovery, name: &str) -> anyhow::Result<Node> {
+    let context = Context::from_domain_participant(discovery.participant()?)?;
+    let mut node = context.new_node(NodeName::new("/", name)?, NodeOptions::new())?;
+    // ros2-client's Spinner tells its node when the other side is there.
+    let spinner = node.spinner()?;
+    std::thread::spawn(move || futures::executor::block_on(spinner.spin()));
+    Ok(node)
+}
+
+type PlainClient = Client<step::Request, step::Response>;
+
+fn plain_client(discovery: &Discovery) -> anyhow::Result<(Node, PlainClient)> {
+    let mut node = plain_node(discovery, "plain_client")?;
+    let client = node.create_client(
+        ServiceMapping::Enhanced,
+        &Name::parse(PLAIN_SERVICE)?,
+        &Step::type_name(),
+        services(),
+        services(),
+    )?;
+    Ok((node, client))
+}
+
+fn call_plain(client: &PlainClient) -> anyhow::Result<f64> {
+    let request = step::Request { episode: 1, step: 1, action: 3 };
+    let started = Instant::now();
+    futures::executor::block_on(client.async_call_service(request))?;
+    Ok(started.elapsed().as_secs_f64() * 1e6)
+}
+
+/// The other side of the plain service: answers with an image as a step does.
+pub fn plain_server() -> anyhow::Result<()> {
+    let mut node = plain_node(&Discovery::from_environment()?, "plain_server")?;
+    let server = node.create_server::<step::Request, step::Response>(
+        ServiceMapping::Enhanced,
+        &Name::parse(PLAIN_SERVICE)?,
+        &Step::type_name(),
+        services(),
+        services(),
+    )?;
+    let image = Image {
+        header: Header { frame_id: "camera_optical_frame".into(), ..Header::default() },
+        width: 20,
+        height: 7,
+        encoding: "rgb8".into(),
+        step: 60,
+        data: vec![128; 420],
+        ..Image::default()
+    };
+    let response = step::Response { success: true, image, ..step::Response::default() };
+    futures::executor::block_on(async {
+        loop {
+            let (id, _) = server.async_receive_request().await?;
+            server.async_send_response(id, response.clone()).await?;
+        }
+    })
+}

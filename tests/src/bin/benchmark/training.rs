@@ -1,0 +1,71 @@
+//! Whole trainings: in this process, and by the two nodes over DDS.
+
+use std::{fs, time::Duration};
+
+use agent_node::learning::{
+    settings::Preset,
+    training::{Listener, Plan, Training},
+};
+use evac_tests::{Nodes, Room};
+use serde_json::Value;
+use sim_node::world::WorldSettings;
+
+const EPISODES: u32 = 1000;
+const PATIENCE: Duration = Duration::from_secs(1800);
+
+/// The preset `paper` in the empty room, 1,000 episodes.
+pub struct TrainingFigures {
+    pub steps: u64,
+    pub in_process_steps_per_s: f64,
+    pub wall_s: f64,
+    pub over_dds_steps_per_s: f64,
+    /// Mean of an update within the training over DDS.
+    pub update_us: f64,
+    /// Resident memory at the end of the training, in MB.
+    pub sim_rss_mb: f64,
+    pub agent_rss_mb: f64,
+}
+
+struct Silent;
+
+impl Listener for Silent {
+    fn episode(&mut self, _training: &Training) -> anyhow::Result<()> {
+        Ok(())
+    }
+}
+
+pub fn measure() -> anyhow::Result<TrainingFigures> {
+    let plan = Plan { scenario: "empty".into(), episodes: EPISODES, seed: 0 };
+    let mut training = Training::new(plan, Preset::Paper.settings())?;
+    training.run(&mut Room::new(WorldSettings::default()), &mut Silent)?;
+
+    let mut nodes = Nodes::new();
+    let out = nodes.path("run");
+    nodes.start_simulator(&[]);
+    let parameters = [
+        format!("out:='{}'", out.display()),
+        format!("episodes:={EPISODES}"),
+        "preset:=paper".to_owned(),
+        "evaluation_episodes:=0".to_owned(),
+    ];
+    let parameters: Vec<&str> = parameters.iter().map(String::as_str).collect();
+    nodes.start_agent("train", &parameters);
+    let agent_rss_mb = nodes.greatest_memory_mb("agent_node", PATIENCE);
+    let sim_rss_mb = nodes.memory_mb("sim_node");
+    nodes.succeed("agent_node", PATIENCE);
+    let summary: Value = serde_json::from_slice(&fs::read(out.join("summary.json"))?)?;
+    let number = |name: &str| summary[name].as_f64().unwrap_or(f64::NAN);
+    anyhow::ensure!(
+        number("steps") as u64 == training.progress.total_steps,
+        "over DDS the training took other steps than in this process"
+    );
+    Ok(TrainingFigures {
+        steps: training.progress.total_steps,
+        in_process_steps_per_s: training.steps_per_s(),
+        wall_s: number("wall_s"),
+        over_dds_steps_per_s: number("steps_per_s"),
+        update_us: number("update_us"),
+        sim_rss_mb,
+        agent_rss_mb,
+    })
+}
