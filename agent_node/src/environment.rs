@@ -8,8 +8,17 @@ use crate::learning::{action::Action, dyna_q::Decision, image::Image};
 
 /// A room with a robot in it.
 pub trait Environment {
-    /// Begins an episode: everything random in it follows from the seed.
-    fn reset(&mut self, seed: NonZeroU64, scenario: &str) -> Result<Image, EnvironmentError>;
+    /// Asks for a new episode, everything random in which follows from the seed.
+    fn begin_reset(&mut self, seed: NonZeroU64, scenario: &str) -> Result<(), EnvironmentError>;
+
+    /// What the robot sees first in the episode that was asked for last.
+    fn finish_reset(&mut self) -> Result<Image, EnvironmentError>;
+
+    /// Begins an episode.
+    fn reset(&mut self, seed: NonZeroU64, scenario: &str) -> Result<Image, EnvironmentError> {
+        self.begin_reset(seed, scenario)?;
+        self.finish_reset()
+    }
 
     /// Begins to move the robot, and need not wait for the end of it: the learner has something to
     /// do meanwhile.
@@ -24,6 +33,24 @@ pub trait Environment {
     fn step(&mut self, decision: &Decision) -> Result<Step, EnvironmentError> {
         self.begin_step(decision)?;
         self.finish_step()
+    }
+}
+
+impl<E: Environment> Environment for &mut E {
+    fn begin_reset(&mut self, seed: NonZeroU64, scenario: &str) -> Result<(), EnvironmentError> {
+        (**self).begin_reset(seed, scenario)
+    }
+
+    fn finish_reset(&mut self) -> Result<Image, EnvironmentError> {
+        (**self).finish_reset()
+    }
+
+    fn begin_step(&mut self, decision: &Decision) -> Result<(), EnvironmentError> {
+        (**self).begin_step(decision)
+    }
+
+    fn finish_step(&mut self) -> Result<Step, EnvironmentError> {
+        (**self).finish_step()
     }
 }
 
@@ -60,6 +87,12 @@ pub enum EnvironmentError {
     /// What came back is no image of the camera.
     #[error("the simulator sent {0}")]
     BadImage(String),
+    /// Somebody wants the end of what was not begun.
+    #[error("the end of a {0} that was not begun")]
+    NotBegun(&'static str),
+    /// The thread that speaks with the room is gone.
+    #[error("the thread that speaks with the room has ended")]
+    ThreadEnded,
     /// After a restart the room is not what it was.
     #[error(
         "the simulator does not repeat itself: step {step} of the episode with seed {seed} shows \

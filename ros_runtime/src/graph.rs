@@ -46,6 +46,22 @@ impl Graph {
         self.with(|known| known.readers.entry(topic.to_owned()).or_default().count.subscribe())
     }
 
+    /// Whether a local endpoint has a match in another participant than those that read a DDS topic.
+    pub(crate) fn matches_besides(&self, local: GUID, topic: &str) -> bool {
+        self.with(|known| {
+            let Some(endpoint) = known.endpoints.get(&local) else {
+                return false;
+            };
+            let readers = known.readers.get(topic);
+            let reads = |other: &GUID| {
+                readers.is_some_and(|readers| {
+                    readers.others.iter().any(|reader| reader.prefix == other.prefix)
+                })
+            };
+            !endpoint.others.iter().all(reads)
+        })
+    }
+
     /// Follows the participant's events for ever.
     pub(crate) async fn follow(self, participant: DomainParticipant) {
         let listener = participant.status_listener();

@@ -16,6 +16,7 @@
 //!   anybody reads, so that nothing is serialised for nobody.
 //! - [`service`]: a client that repeats a request until its deadline, because one datagram may be
 //!   lost and a server cannot know whether its answer is heard.
+//! - [`spin`]: waiting without falling asleep at once, which is what a round trip costs most.
 //! - [`shutdown`]: SIGINT and SIGTERM as something that blocking and asynchronous code can ask for.
 
 pub mod arguments;
@@ -27,7 +28,7 @@ pub mod node;
 pub mod parameters;
 pub mod service;
 pub mod shutdown;
-mod spin;
+pub mod spin;
 
 pub use arguments::Arguments;
 pub use node::{Node, Publisher};

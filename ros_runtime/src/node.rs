@@ -147,7 +147,7 @@ impl Node {
         let topic = self.topic::<M>(&name, &qos)?;
         let publisher = self.node().create_publisher(&topic, None).map_err(endpoint(&name))?;
         let readers = self.graph.matches(publisher.guid());
-        Ok(Publisher { name, publisher, readers })
+        Ok(Publisher { name, publisher, readers, graph: self.graph.clone() })
     }
 
     /// A subscription to a topic.
@@ -177,8 +177,7 @@ impl Node {
     ) -> Result<ServiceClient<S>, NodeError> {
         let name = self.naming.resolve(service)?;
         let client = create_client::<S>(&self.node, &name).map_err(endpoint(&name))?;
-        // The topic of requests, as rmw names it.
-        let servers = self.graph.readers(&format!("rq{name}Request"));
+        let servers = self.graph.readers(&request_topic(&name));
         Ok(ServiceClient {
             name,
             client: Mutex::new(Arc::new(client)),
@@ -252,6 +251,11 @@ impl Drop for Node {
     }
 }
 
+/// The DDS topic of a service's requests, as rmw names it.
+fn request_topic(service: &str) -> String {
+    format!("rq{service}Request")
+}
+
 fn endpoint<E: std::fmt::Display>(what: &str) -> impl FnOnce(E) -> NodeError {
     let what = what.to_owned();
     move |error| NodeError::Endpoint { what, reason: error.to_string() }
@@ -262,12 +266,19 @@ pub struct Publisher<M: RosMessage> {
     name: String,
     publisher: ros2_client::Publisher<M>,
     readers: watch::Receiver<usize>,
+    graph: Graph,
 }
 
 impl<M: RosMessage> Publisher<M> {
     /// Whether anybody reads the topic now.
     pub fn has_readers(&self) -> bool {
         *self.readers.borrow() > 0
+    }
+
+    /// Whether anybody else reads the topic than the nodes that serve a service.
+    pub fn has_readers_besides<S: RosService>(&self, servers: &ServiceClient<S>) -> bool {
+        let topic = request_topic(servers.name());
+        self.has_readers() && self.graph.matches_besides(self.publisher.guid(), &topic)
     }
 
     /// Publishes the message that the function makes; it is not made if nobody reads.

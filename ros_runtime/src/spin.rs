@@ -17,9 +17,8 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// How long a thread stays awake: longer than a step takes, and than the pause between two of them
-/// in a training. A node that hears nothing for longer sleeps, and wakes up as any other.
-pub(crate) const WINDOW: Duration = Duration::from_micros(500);
+/// How long a node's thread stays awake: longer than a round trip on one machine takes.
+pub const WINDOW: Duration = Duration::from_micros(150);
 
 struct Signal {
     woken: AtomicBool,
@@ -41,9 +40,8 @@ impl Wake for Signal {
 }
 
 impl Signal {
-    /// Returns once it is woken.
-    fn wait(&self, window: Duration) {
-        let end = Instant::now() + window;
+    /// Returns once it is woken; until `end` it stays awake.
+    fn wait_until(&self, end: Instant) {
         while !self.woken.load(SeqCst) {
             if Instant::now() < end {
                 // Not a mere spin: DDS's own threads may need this core.
@@ -59,8 +57,12 @@ impl Signal {
     }
 }
 
-/// Runs a future on this thread, which stays awake for the window each time it waits.
-pub(crate) fn block_on<T>(window: Duration, work: impl Future<Output = T>) -> T {
+/// Runs a future on this thread, which stays awake for the window when it waits.
+///
+/// A wait is mostly as long as the one before. So after one that was longer than the window the
+/// thread sleeps at once, until they are shorter again: a node that is asked now and then costs
+/// nothing, and one that is asked all the time answers soon.
+pub fn block_on<T>(window: Duration, work: impl Future<Output = T>) -> T {
     let signal = Arc::new(Signal {
         woken: AtomicBool::new(false),
         is_asleep: AtomicBool::new(false),
@@ -69,13 +71,16 @@ pub(crate) fn block_on<T>(window: Duration, work: impl Future<Output = T>) -> T 
     let waker = Waker::from(signal.clone());
     let mut context = Context::from_waker(&waker);
     let mut work = pin!(work);
+    let mut last_wait = Duration::ZERO;
     loop {
         // Before the poll: what wakes during it counts.
         signal.woken.store(false, SeqCst);
-        match work.as_mut().poll(&mut context) {
-            Poll::Ready(result) => return result,
-            Poll::Pending => signal.wait(window),
+        if let Poll::Ready(result) = work.as_mut().poll(&mut context) {
+            return result;
         }
+        let start = Instant::now();
+        signal.wait_until(if last_wait < window { start + window } else { start });
+        last_wait = start.elapsed();
     }
 }
 
@@ -95,8 +100,7 @@ mod tests {
                         sender.unbounded_send(number).unwrap();
                     }
                 });
-                let received: Vec<i32> =
-                    block_on(window, futures::StreamExt::collect(receiver));
+                let received: Vec<i32> = block_on(window, futures::StreamExt::collect(receiver));
                 assert!(received.into_iter().eq(0..100));
                 other.join().unwrap();
             }

@@ -33,10 +33,14 @@ impl Room {
 }
 
 impl Environment for Room {
-    fn reset(&mut self, seed: NonZeroU64, scenario: &str) -> Result<Image, EnvironmentError> {
+    fn begin_reset(&mut self, seed: NonZeroU64, scenario: &str) -> Result<(), EnvironmentError> {
         let refused = |error: String| EnvironmentError::Refused(error);
         let scenario: Scenario = scenario.parse().map_err(|error| refused(format!("{error}")))?;
         self.world.reset(Some(seed), Some(scenario)).map_err(|error| refused(error.to_string()))?;
+        Ok(())
+    }
+
+    fn finish_reset(&mut self) -> Result<Image, EnvironmentError> {
         Ok(self.image())
     }
 

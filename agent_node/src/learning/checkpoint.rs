@@ -135,9 +135,9 @@ impl Training {
             let named = network.tensors();
             tensors.extend(named.map(|(name, tensor)| (prefix.to_owned() + &name, tensor.clone())));
         }
-        let images: Vec<u8> =
-            needed.clone().flat_map(|n| memory.image(n).iter().copied()).collect();
         let count = (needed.end - needed.start) as usize;
+        let mut images = Vec::with_capacity(count * Image::BYTES);
+        needed.clone().for_each(|number| images.extend_from_slice(memory.image(number)));
         tensors.push((
             "memory.images".into(),
             Tensor::from_vec(images, (count, Image::HEIGHT, Image::WIDTH, 3), device)?,

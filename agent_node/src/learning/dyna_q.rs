@@ -114,35 +114,30 @@ impl DynaQ {
     /// nothing is changed if it is not finite.
     pub(super) fn update(&mut self) -> f32 {
         let batch = &self.batch;
-        let activations = &mut self.batch_activations;
-        for (input, index) in activations.inputs_mut().zip(batch) {
-            let experience = self.memory.get(*index);
-            Image::write_input(self.memory.image(experience.next_state), input);
-        }
+        let (memory, activations) = (&self.memory, &mut self.batch_activations);
+        let experiences = || batch.iter().map(|index| memory.get(*index));
+        activations
+            .read_images(experiences().map(|experience| memory.image(experience.next_state)));
         self.target.forward(activations);
-        for ((target, values), index) in
-            self.targets.iter_mut().zip(activations.outputs()).zip(batch)
+        for ((target, values), experience) in
+            self.targets.iter_mut().zip(activations.outputs()).zip(experiences())
         {
-            let experience = self.memory.get(*index);
             let best = values[..Action::COUNT].iter().copied().fold(f32::NEG_INFINITY, f32::max);
             let discount = if experience.terminated { 0.0 } else { self.settings.discount as f32 };
             *target = experience.reward + discount * best;
         }
 
-        for (input, index) in activations.inputs_mut().zip(batch) {
-            let experience = self.memory.get(*index);
-            Image::write_input(self.memory.image(experience.state), input);
-        }
+        activations.read_images(experiences().map(|experience| memory.image(experience.state)));
         self.train.forward(activations);
         let gradient = self.adam.output_gradient();
         gradient.fill(0.0);
         let mut loss = 0.0;
         let size = batch.len() as f32;
         let rows = gradient.chunks_exact_mut(activations.output_width());
-        for (((gradient, values), target), index) in
-            rows.zip(activations.outputs()).zip(&self.targets).zip(batch)
+        for (((gradient, values), target), experience) in
+            rows.zip(activations.outputs()).zip(&self.targets).zip(experiences())
         {
-            let action = usize::from(self.memory.get(*index).action.index());
+            let action = usize::from(experience.action.index());
             let error = values[action] - target;
             loss += error * error / size;
             gradient[action] = 2.0 * error / size;

@@ -25,9 +25,10 @@ impl Image {
     }
 
     /// Writes the image as a network's input: every byte divided by 255.
+    #[inline(always)]
     pub fn write_input(bytes: &[u8], input: &mut [f32]) {
         for (value, byte) in input.iter_mut().zip(bytes) {
-            *value = f32::from(*byte) / 255.0;
+            *value = f32::from(*byte) * (1.0 / 255.0);
         }
     }
 }

@@ -37,9 +37,7 @@ pub(super) fn values(
     activations: &mut Activations,
     image: &Image,
 ) -> [f32; Action::COUNT] {
-    for input in activations.inputs_mut() {
-        Image::write_input(image.bytes(), input);
-    }
+    activations.read_images(std::iter::once(image.bytes().as_slice()));
     network.forward(activations);
     let mut values = [0.0; Action::COUNT];
     for output in activations.outputs() {

@@ -1,6 +1,9 @@
 //! The training loop (the paper's Figure 2).
 
-use std::time::{Duration, Instant};
+use std::{
+    num::NonZeroU64,
+    time::{Duration, Instant},
+};
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -148,11 +151,26 @@ impl Training {
         listener: &mut impl Listener,
     ) -> Result<(), TrainingError> {
         let mut started = Instant::now();
+        self.begin_reset(room)?;
         while self.episode() < self.plan.episodes {
             self.run_episode(room, &mut started)?;
+            // While the room makes itself ready, there is time to tell of the episode.
+            self.begin_reset(room)?;
             listener.episode(self)?;
         }
         Ok(())
+    }
+
+    /// Asks for the present episode, if there is one more.
+    fn begin_reset(&self, room: &mut impl Environment) -> Result<(), TrainingError> {
+        if self.episode() < self.plan.episodes {
+            room.begin_reset(self.episode_seed(), &self.plan.scenario)?;
+        }
+        Ok(())
+    }
+
+    fn episode_seed(&self) -> NonZeroU64 {
+        episode_seed(Purpose::Training, self.plan.seed, self.episode())
     }
 
     /// `counted` is the time up to which the wall time is counted.
@@ -162,8 +180,8 @@ impl Training {
         counted: &mut Instant,
     ) -> Result<(), TrainingError> {
         let epsilon = self.epsilon();
-        let seed = episode_seed(Purpose::Training, self.plan.seed, self.episode());
-        let mut state = room.reset(seed, &self.plan.scenario)?;
+        let seed = self.episode_seed();
+        let mut state = room.finish_reset()?;
         // Unless the episode was interrupted, this is a first image, and new.
         let interrupted = !self.progress.current.actions.is_empty();
         if !interrupted && self.learner.memory.latest_image() != Some(state.bytes()) {

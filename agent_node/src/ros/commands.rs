@@ -24,9 +24,10 @@ use super::{
     simulator::{Connection, Simulator},
 };
 use crate::{
+    background::Background,
     environment::EnvironmentError,
     learning::{
-        checkpoint::{load_model, model_bytes},
+        checkpoint::load_model,
         dyna_q::Decision,
         evaluation::{Evaluation, TestEpisode, TestListener, TestPlan, run_test},
         image::Image,
@@ -37,6 +38,7 @@ use crate::{
     },
     report::{CaptionedFrame, Report, RunFacts, TensorBoard},
     run::{RunDirectory, Summary},
+    saver::{Saver, Snapshot},
 };
 
 /// The largest seed: parameters are signed in ROS.
@@ -112,11 +114,14 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
     let mut listener = TrainingListener {
         console: Console::new("training", training.plan.episodes, training.episode()),
         board: TensorBoard::create(&directory.file("tensorboard"), training.episode())?,
-        directory: &directory,
+        saver: Saver::start(&directory)?,
         statuses,
         checkpoint_interval,
     };
-    let outcome = training.run(&mut room, &mut listener);
+    let outcome = std::thread::scope(|scope| {
+        let mut room = Background::start(scope, &mut room).context("no thread for the room")?;
+        training.run(&mut room, &mut listener)
+    });
     drop(listener);
     let (episode, path) = (training.episode(), out.display());
     match outcome {
@@ -367,15 +372,15 @@ impl TestListener for ConsoleTestListener {
     }
 }
 
-struct TrainingListener<'a> {
+struct TrainingListener {
     console: Console,
     board: TensorBoard,
-    directory: &'a RunDirectory,
+    saver: Saver,
     statuses: Publisher<TrainingStatus>,
     checkpoint_interval: u32,
 }
 
-impl Listener for TrainingListener<'_> {
+impl Listener for TrainingListener {
     fn episode(&mut self, training: &Training) -> anyhow::Result<()> {
         if let Some(record) = training.progress.records.last() {
             self.board.record(record, training.progress.total_steps)?;
@@ -384,18 +389,14 @@ impl Listener for TrainingListener<'_> {
         self.console.training_episode(training);
         let done = training.episode();
         if done.is_multiple_of(self.checkpoint_interval) && done < training.plan.episodes {
-            save(self.directory, training)?;
+            self.saver.save(training)?;
         }
         Ok(())
     }
 }
 
 fn save(directory: &RunDirectory, training: &Training) -> anyhow::Result<()> {
-    directory.write_episodes(&training.progress.records)?;
-    directory.write(RunDirectory::MODEL, &model_bytes(training.learner().network())?)?;
-    // Last, so that a checkpoint never knows more than the files beside it.
-    directory.write(RunDirectory::CHECKPOINT, &training.checkpoint_bytes()?)?;
-    Ok(())
+    Snapshot::of(training)?.write(directory)
 }
 
 /// The simulator's parameters belong to the record of a run; a robot may have none.

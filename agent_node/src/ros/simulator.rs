@@ -30,7 +30,9 @@ pub struct Simulator<'a> {
     /// are nobody else's.
     request: u64,
     episode: Option<Episode>,
-    begun: Option<(Action, Call<StepService>)>,
+    /// The reset and the step under way.
+    reset: Option<(NonZeroU64, String, Call<Reset>)>,
+    step: Option<(Action, Call<StepService>)>,
 }
 
 /// The clients and publishers of the room.
@@ -83,21 +85,28 @@ impl<'a> Simulator<'a> {
             );
         }
         let request = u64::from(rand::rng().next_u32()) << 32;
-        Ok(Simulator { node, connection, deadline, request, episode: None, begun: None })
+        Ok(Simulator {
+            node,
+            connection,
+            deadline,
+            request,
+            episode: None,
+            reset: None,
+            step: None,
+        })
     }
 
-    fn call_reset(
-        &mut self,
-        seed: NonZeroU64,
-        scenario: &str,
-    ) -> Result<(u64, Header, Image), EnvironmentError> {
+    fn send_reset(&mut self, seed: NonZeroU64, scenario: &str) -> Call<Reset> {
         self.request += 1;
-        let request = reset::Request {
+        self.connection.reset.send(reset::Request {
             request: self.request,
             seed: seed.get(),
             scenario: scenario.to_owned(),
-        };
-        let answer = self.node.block_on(self.connection.reset.call(request, self.deadline));
+        })
+    }
+
+    fn answer_to_reset(&self, call: Call<Reset>) -> Result<(u64, Header, Image), EnvironmentError> {
+        let answer = self.node.block_on(self.connection.reset.answer(call, self.deadline));
         let response = answer.map_err(unreachable)?;
         match response.status {
             status::OK => {
@@ -123,7 +132,8 @@ impl<'a> Simulator<'a> {
     /// Brings a restarted simulator to where the episode was. Returns false if it was restarted
     /// again meanwhile.
     fn repeat_episode(&mut self, episode: &mut Episode) -> Result<bool, EnvironmentError> {
-        let (number, header, mut shown) = self.call_reset(episode.seed, &episode.scenario)?;
+        let call = self.send_reset(episode.seed, &episode.scenario);
+        let (number, header, mut shown) = self.answer_to_reset(call)?;
         let mut latest = header;
         for (index, action) in episode.actions.iter().enumerate() {
             let response = self.call_step(number, index as u32 + 1, *action)?;
@@ -148,11 +158,14 @@ impl<'a> Simulator<'a> {
             return;
         };
         let action = decision.action.index();
-        self.connection.actions.publish_with(|| ActionCommand {
-            header: Header { stamp: episode.header.stamp, ..Header::default() },
-            action,
-            sent_by_service: true,
-        });
+        // The simulator has it already, and would only throw it away.
+        if self.connection.actions.has_readers_besides(&self.connection.step) {
+            self.connection.actions.publish_with(|| ActionCommand {
+                header: Header { stamp: episode.header.stamp, ..Header::default() },
+                action,
+                sent_by_service: true,
+            });
+        }
         self.connection.q_values.publish_with(|| QValues {
             header: episode.header.clone(),
             values,
@@ -195,37 +208,39 @@ impl<'a> Simulator<'a> {
 }
 
 impl Environment for Simulator<'_> {
-    fn reset(&mut self, seed: NonZeroU64, scenario: &str) -> Result<Image, EnvironmentError> {
-        let (number, header, image) = self.call_reset(seed, scenario)?;
-        self.episode = Some(Episode {
-            number,
-            seed,
-            scenario: scenario.to_owned(),
-            actions: Vec::new(),
-            image: image.clone(),
-            header,
-        });
+    fn begin_reset(&mut self, seed: NonZeroU64, scenario: &str) -> Result<(), EnvironmentError> {
+        let call = self.send_reset(seed, scenario);
+        self.reset = Some((seed, scenario.to_owned(), call));
+        Ok(())
+    }
+
+    fn finish_reset(&mut self) -> Result<Image, EnvironmentError> {
+        let begun = self.reset.take();
+        let (seed, scenario, call) = begun.ok_or(EnvironmentError::NotBegun("reset"))?;
+        let (number, header, image) = self.answer_to_reset(call)?;
+        let (actions, first) = (Vec::new(), image.clone());
+        self.episode = Some(Episode { number, seed, scenario, actions, image: first, header });
         Ok(image)
     }
 
     fn begin_step(&mut self, decision: &Decision) -> Result<(), EnvironmentError> {
         let Some(episode) = &self.episode else {
-            return Err(EnvironmentError::Refused("a step before the first reset".into()));
+            return Err(EnvironmentError::NotBegun("episode"));
         };
         let request = step::Request {
             episode: episode.number,
             step: episode.actions.len() as u32 + 1,
             action: decision.action.index(),
         };
-        self.begun = Some((decision.action, self.connection.step.send(request)));
+        self.step = Some((decision.action, self.connection.step.send(request)));
         self.publish(episode, decision);
         Ok(())
     }
 
     fn finish_step(&mut self) -> Result<Step, EnvironmentError> {
-        let (Some(mut episode), Some((action, call))) = (self.episode.take(), self.begun.take())
+        let (Some(mut episode), Some((action, call))) = (self.episode.take(), self.step.take())
         else {
-            return Err(EnvironmentError::Refused("the end of a step that was not begun".into()));
+            return Err(EnvironmentError::NotBegun("step"));
         };
         let result = self.finish(&mut episode, action, call);
         self.episode = Some(episode);

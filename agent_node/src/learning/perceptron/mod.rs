@@ -12,7 +12,7 @@ use pulp::Arch;
 
 pub use self::adam::Adam;
 use self::layer::{Finish, Floats, Layer, Product, zeros};
-use super::network::QNetwork;
+use super::{image::Image, network::QNetwork};
 
 /// A multilayer perceptron with ReLU between its layers, and none behind the last.
 #[derive(Clone, Debug)]
@@ -31,6 +31,7 @@ pub struct Activations {
     input_count: usize,
     output_width: usize,
     batch: usize,
+    arch: Arch,
 }
 
 impl Perceptron {
@@ -74,6 +75,7 @@ impl Perceptron {
             input_count,
             output_width: self.layers.last().map_or(0, Layer::width),
             batch,
+            arch: self.arch,
         }
     }
 
@@ -121,6 +123,16 @@ impl Activations {
     /// The inputs of each sample.
     pub fn inputs_mut(&mut self) -> impl Iterator<Item = &mut [f32]> {
         self.inputs.chunks_exact_mut(self.input_count)
+    }
+
+    /// Takes images for inputs, one for each sample.
+    pub fn read_images<'a>(&mut self, images: impl Iterator<Item = &'a [u8]>) {
+        let arch = self.arch;
+        arch.dispatch(|| {
+            for (input, image) in self.inputs_mut().zip(images) {
+                Image::write_input(image, input);
+            }
+        });
     }
 
     /// The outputs for each sample, behind them padding.

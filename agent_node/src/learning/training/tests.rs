@@ -41,9 +41,14 @@ impl Toy {
 }
 
 impl Environment for Toy {
-    fn reset(&mut self, seed: NonZeroU64, _scenario: &str) -> Result<Image, EnvironmentError> {
+    fn begin_reset(&mut self, seed: NonZeroU64, _scenario: &str) -> Result<(), EnvironmentError> {
         self.maybe_fail()?;
         (self.seed, self.position, self.steps) = (seed.get(), seed.get() % 97, 0);
+        Ok(())
+    }
+
+    fn finish_reset(&mut self) -> Result<Image, EnvironmentError> {
+        self.maybe_fail()?;
         Ok(self.image())
     }
 

@@ -4,7 +4,12 @@ use std::{num::NonZeroU64, time::Instant};
 
 use agent_node::{
     environment::Environment,
-    learning::{action::Action, dyna_q::DynaQ, image::Image, settings::{Preset, Settings}},
+    learning::{
+        action::Action,
+        dyna_q::DynaQ,
+        image::Image,
+        settings::{Preset, Settings},
+    },
 };
 use candle_core::{Device, Tensor};
 use evac_tests::Room;

@@ -45,6 +45,14 @@ fn main() -> anyhow::Result<()> {
         Some(OtherSide::PlainServer) => return round_trip::plain_server(),
         None => {}
     }
+    if std::env::var_os("RTT").is_some() {
+        let r = round_trip::measure()?;
+        for p in [&r.udp, &r.plain, &r.step] {
+            println!("{:.0} {:.0} {:.0}", p.p50, p.p99, p.p999);
+        }
+        println!("ratio {:.2}, p999/p50 {:.1}", r.step.p50 / r.plain.p50, r.step.p999 / r.step.p50);
+        return Ok(());
+    }
     let report = Report {
         room: room::measure()?,
         learner: learner::measure()?,

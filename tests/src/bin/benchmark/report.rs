@@ -42,7 +42,11 @@ impl Report {
                 write!(beside, "; PyTorch {torch:.0} us, {:.1} x", torch / figures.update_us).ok();
             }
             row(&format!("update, {preset}"), format!("{:.1} us", figures.update_us), beside);
-            row(&format!("inference, {preset}"), format!("{:.2} us", figures.inference_us), String::new());
+            row(
+                &format!("inference, {preset}"),
+                format!("{:.2} us", figures.inference_us),
+                String::new(),
+            );
         }
         let RoundTripFigures { udp, plain, step } = &self.round_trip;
         let times = |times: &Percentiles| {
@@ -50,7 +54,8 @@ impl Report {
         };
         row("bare UDP round trip, p50 / p99 / p99.9", times(udp), "the ruler".into());
         row("plain ros2-client service", times(plain), "the ruler".into());
-        let beside = ratio(step.p50, plain.p50, "plain") + &format!("; p99.9 is {:.1} x p50", step.p999 / step.p50);
+        let beside = ratio(step.p50, plain.p50, "plain")
+            + &format!("; p99.9 is {:.1} x p50", step.p999 / step.p50);
         row("step of sim_node", times(step), beside);
         if let Some(cyclone) = self.peers.cyclone_rtt_us {
             row("CycloneDDS from Python", format!("{cyclone:.0} us"), "a peer".into());
@@ -68,21 +73,31 @@ impl Report {
         );
         let mut beside = String::new();
         if let Some(sb3) = self.peers.sb3_steps_per_s {
-            beside = format!("{:.1} x Stable-Baselines3's {sb3:.0}", training.over_dds_steps_per_s / sb3);
+            beside = format!(
+                "{:.1} x Stable-Baselines3's {sb3:.0}",
+                training.over_dds_steps_per_s / sb3
+            );
         }
         row("training over DDS", format!("{:.0} steps/s", training.over_dds_steps_per_s), beside);
-        row("training in one process", format!("{:.0} steps/s", training.in_process_steps_per_s), String::new());
+        row(
+            "training in one process",
+            format!("{:.0} steps/s", training.in_process_steps_per_s),
+            String::new(),
+        );
         for figures in &self.room {
-            row(&format!("simulator, {}", figures.scenario), format!("{:.0} steps/s", figures.steps_per_s), String::new());
+            row(
+                &format!("simulator, {}", figures.scenario),
+                format!("{:.0} steps/s", figures.steps_per_s),
+                String::new(),
+            );
         }
         row(
             "resident memory, sim_node and agent_node",
             format!("{:.1} and {:.1} MB", training.sim_rss_mb, training.agent_rss_mb),
             String::new(),
         );
-        let width = |column: usize| {
-            rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0)
-        };
+        let width =
+            |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
         let (first, second) = (width(0), width(1));
         rows.iter()
             .map(|[what, value, beside]| {
