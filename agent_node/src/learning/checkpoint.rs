@@ -265,7 +265,8 @@ fn memory(
     };
     let images = tensor("images")?.flatten_all().and_then(|images| images.to_vec1::<u8>());
     let images = images.map_err(|error| format!("memory.images: {error}"))?;
-    let count = images.len() / Image::BYTES;
+    let (images, rest) = images.as_chunks();
+    let count = images.len();
     let [states, next_states, actions, rewards, terminated] =
         ["state", "next_state", "action", "reward_bits", "terminated"].map(column);
     let (states, next_states, actions, rewards, terminated) =
@@ -295,14 +296,14 @@ fn memory(
             terminated: terminated[index] != 0,
         });
     }
-    if count > 2 * capacity + 2 || images.len() != count * Image::BYTES {
-        return Err(format!("memory.images has {} bytes", images.len()));
+    if count > 2 * capacity + 2 || !rest.is_empty() {
+        return Err(format!("memory.images has {count} images and {} bytes more", rest.len()));
     }
     // Until the memory is full, the oldest experience is the first.
     if oldest != 0 && (length < capacity || oldest >= length) {
         return Err(format!("the oldest of {length} experiences cannot have the index {oldest}"));
     }
-    Ok(ReplayMemory::restore(capacity, experiences, oldest, first_image, &images))
+    Ok(ReplayMemory::restore(capacity, experiences, oldest, first_image, images))
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, LoadError> {

@@ -37,7 +37,7 @@ pub(super) fn values(
     activations: &mut Activations,
     image: &Image,
 ) -> [f32; Action::COUNT] {
-    activations.read_images(std::iter::once(image.bytes().as_slice()));
+    activations.read_images(std::iter::once(image.bytes()));
     network.forward(activations);
     let mut values = [0.0; Action::COUNT];
     for output in activations.outputs() {

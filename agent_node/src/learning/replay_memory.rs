@@ -34,7 +34,7 @@ pub struct ReplayMemory {
     experiences: Vec<Experience>,
     /// Where the next experience goes once the memory is full.
     oldest: usize,
-    images: Vec<u8>,
+    images: Vec<[u8; Image::BYTES]>,
     /// The number of the next image.
     next_image: u64,
 }
@@ -58,11 +58,11 @@ impl ReplayMemory {
         mut experiences: Vec<Experience>,
         oldest: usize,
         first: u64,
-        images: &[u8],
+        images: &[[u8; Image::BYTES]],
     ) -> ReplayMemory {
         let mut memory = ReplayMemory::new(capacity);
         memory.next_image = first;
-        for image in images.chunks_exact(Image::BYTES) {
+        for image in images {
             memory.push_image(image);
         }
         experiences.rotate_right(oldest);
@@ -134,13 +134,12 @@ impl ReplayMemory {
     }
 
     /// The bytes of the image with a number that an experience holds.
-    pub fn image(&self, number: u64) -> &[u8] {
-        let start = self.slot(number) * Image::BYTES;
-        &self.images[start..start + Image::BYTES]
+    pub fn image(&self, number: u64) -> &[u8; Image::BYTES] {
+        &self.images[self.slot(number)]
     }
 
     /// The image that was stored last.
-    pub fn latest_image(&self) -> Option<&[u8]> {
+    pub fn latest_image(&self) -> Option<&[u8; Image::BYTES]> {
         (self.next_image > 0).then(|| self.image(self.next_image - 1))
     }
 
@@ -156,14 +155,14 @@ impl ReplayMemory {
         oldest.unwrap_or(self.next_image.saturating_sub(1))..self.next_image
     }
 
-    fn push_image(&mut self, bytes: &[u8]) -> u64 {
+    fn push_image(&mut self, bytes: &[u8; Image::BYTES]) -> u64 {
         let number = self.next_image;
-        let start = self.slot(number) * Image::BYTES;
+        let slot = self.slot(number);
         // The ring grows up to its size: a short training stays small.
-        if start + Image::BYTES > self.images.len() {
-            self.images.resize(start + Image::BYTES, 0);
+        if slot >= self.images.len() {
+            self.images.resize(slot + 1, [0; Image::BYTES]);
         }
-        self.images[start..start + Image::BYTES].copy_from_slice(bytes);
+        self.images[slot] = *bytes;
         self.next_image += 1;
         number
     }

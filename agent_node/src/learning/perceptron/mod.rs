@@ -8,7 +8,7 @@ mod adam;
 mod layer;
 mod tile;
 
-use pulp::Arch;
+use pulp::{Arch, NullaryFnOnce};
 
 pub use self::adam::Adam;
 use self::layer::{Finish, Floats, Layer, Product, zeros};
@@ -126,13 +126,10 @@ impl Activations {
     }
 
     /// Takes images for inputs, one for each sample.
-    pub fn read_images<'a>(&mut self, images: impl Iterator<Item = &'a [u8]>) {
-        let arch = self.arch;
-        arch.dispatch(|| {
-            for (input, image) in self.inputs_mut().zip(images) {
-                Image::write_input(image, input);
-            }
-        });
+    pub fn read_images<'a>(&'a mut self, images: impl Iterator<Item = &'a [u8; Image::BYTES]>) {
+        debug_assert_eq!(self.input_count, Image::BYTES);
+        let (inputs, _) = self.inputs.as_chunks_mut();
+        self.arch.dispatch(ReadImages { inputs, images });
     }
 
     /// The outputs for each sample, behind them padding.
@@ -143,6 +140,26 @@ impl Activations {
     /// Outputs of a sample with padding: how far the next sample's are behind them.
     pub fn output_width(&self) -> usize {
         self.output_width
+    }
+}
+
+/// Not a closure, which the compiler might leave outside of what it makes for the processor.
+struct ReadImages<'a, Images> {
+    inputs: &'a mut [[f32; Image::BYTES]],
+    images: Images,
+}
+
+impl<'a, Images> NullaryFnOnce for ReadImages<'a, Images>
+where
+    Images: Iterator<Item = &'a [u8; Image::BYTES]>,
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        for (input, image) in self.inputs.iter_mut().zip(self.images) {
+            Image::write_input(image, input);
+        }
     }
 }
 

@@ -18,8 +18,8 @@ use sim_node::world::WorldSettings;
 use crate::median;
 
 /// Rounds in which ruler and learner take turns, so that both see the same machine.
-const ROUNDS: usize = 21;
-const UPDATES_A_ROUND: usize = 200;
+const ROUNDS: usize = 15;
+const UPDATES_A_ROUND: usize = 1000;
 const INFERENCES_A_ROUND: usize = 2000;
 
 /// The figures of a preset.
