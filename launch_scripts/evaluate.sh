@@ -39,7 +39,7 @@ temporary=$(mktemp -d)
 oracle="$temporary/oracle.json"
 compute_oracle "$oracle" "$seed" "$episodes" "$scenario"
 
-start_simulator
+start_simulators 1
 run_agent evaluate --oracle "$oracle" --ros-args \
     -p "model:=$(yaml "$model")" -p "scenario:=$(yaml "$scenario")" \
     -p "episodes:=$episodes" -p "seed:=$seed" -p "max_steps:=$max_steps" \

@@ -57,7 +57,19 @@ start_simulator() {
             sleep 1
         done
     ) &
-    simulator=$!
+    simulators+=($!)
+}
+
+# Starts $1 simulators: one where the agent is, several each in a namespace of its own.
+start_simulators() {
+    if [[ "$1" == 1 ]]; then
+        start_simulator
+    else
+        local index
+        for ((index = 0; index < $1; index++)); do
+            start_simulator --ros-args -r "__ns:=/sim$index"
+        done
+    fi
 }
 
 # Runs the agent with a simulator beside it until the agent ends; returns its exit status.
@@ -81,13 +93,16 @@ run_agent() {
     return "$status"
 }
 
-stop_simulator() {
-    if [[ -n "${simulator:-}" ]]; then
-        # Ctrl-C in a terminal may have ended it already.
+stop_simulators() {
+    local simulator
+    # Ctrl-C in a terminal may have ended them already.
+    for simulator in "${simulators[@]}"; do
         kill -TERM "$simulator" 2>/dev/null || true
+    done
+    for simulator in "${simulators[@]}"; do
         wait "$simulator" 2>/dev/null || true
-        simulator=
-    fi
+    done
+    simulators=()
 }
 
 # Writes to $1 the fewest possible steps of the test with seed $2 and $3 episodes in scenario $4.
@@ -97,8 +112,9 @@ compute_oracle() {
 }
 
 temporary=
+simulators=()
 cleanup() {
-    stop_simulator
+    stop_simulators
     [[ -z "$temporary" ]] || rm -rf "$temporary"
 }
 trap cleanup EXIT

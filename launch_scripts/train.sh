@@ -7,6 +7,7 @@
 #   --preset NAME     the hyperparameters (default: paper)
 #   --episodes N      training episodes (default: 1000)
 #   --seed N          the run is a function of it (default: 0)
+#   --simulators N    how many simulators the agent learns in at once (default: 1)
 #   --out DIR         where the run's files go (default: runs/SCENARIO-PRESET-seedN)
 #   --resume          go on from the checkpoint in --out
 #
@@ -16,13 +17,14 @@
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/nodes.sh"
 
-scenario=empty preset=paper episodes=1000 seed=0 out= resume=false more=()
+scenario=empty preset=paper episodes=1000 seed=0 count=1 out= resume=false more=()
 while [[ $# -gt 0 ]]; do
     case "$1" in
         --scenario) need_value "$@" && scenario=$2 && shift 2 ;;
         --preset) need_value "$@" && preset=$2 && shift 2 ;;
         --episodes) need_value "$@" && episodes=$2 && shift 2 ;;
         --seed) need_value "$@" && seed=$2 && shift 2 ;;
+        --simulators) need_value "$@" && count=$2 && shift 2 ;;
         --out) need_value "$@" && out=$2 && shift 2 ;;
         --resume) resume=true && shift ;;
         --) shift && more=("$@") && break ;;
@@ -30,6 +32,7 @@ while [[ $# -gt 0 ]]; do
         *) fail "unknown option '$1'; see --help" ;;
     esac
 done
+[[ "$count" =~ ^[1-9][0-9]?$ && "$count" -le 64 ]] || fail "--simulators is '$count': expected 1 to 64"
 out=${out:-$root/runs/$scenario-$preset-seed$seed}
 
 build_nodes
@@ -39,8 +42,9 @@ oracle="$temporary/oracle.json"
 # unless the ROS arguments say otherwise; the agent leaves out what is of another test.
 compute_oracle "$oracle" 1 1000 "$scenario"
 
-start_simulator
+start_simulators "$count"
 run_agent train --oracle "$oracle" --ros-args \
     -p "scenario:=$(yaml "$scenario")" -p "preset:=$(yaml "$preset")" \
-    -p "episodes:=$episodes" -p "seed:=$seed" -p "out:=$(yaml "$out")" \
+    -p "episodes:=$episodes" -p "seed:=$seed" -p "simulators:=$count" \
+    -p "out:=$(yaml "$out")" \
     -p "resume:=$resume" "${more[@]}"

@@ -5,12 +5,15 @@ use std::{fs, path::Path, time::Duration};
 use agent_node::{
     learning::{
         checkpoint::model_bytes,
+        record::EpisodeRecord,
         settings::Preset,
         training::{Listener, Plan, Training},
     },
     run::RunDirectory,
 };
+use evac_msgs::{ActionCommand, EpisodeStatus};
 use evac_tests::{Nodes, Room};
+use ros_runtime::node::reliable;
 use sim_node::world::WorldSettings;
 
 /// Long enough for some hundred steps on any machine.
@@ -23,17 +26,18 @@ const SEED: u64 = 5;
 struct Silent;
 
 impl Listener for Silent {
-    fn episode(&mut self, _training: &Training) -> anyhow::Result<()> {
+    fn episode(&mut self, _training: &Training, _record: &EpisodeRecord) -> anyhow::Result<()> {
         Ok(())
     }
 }
 
 /// The same training in this process: `episodes.csv` and `model.safetensors`.
-fn in_process(scenario: &str, directory: &Path) -> (Vec<u8>, Vec<u8>) {
-    let plan = Plan { scenario: scenario.to_owned(), episodes: EPISODES, seed: SEED };
+fn in_process(scenario: &str, rooms: usize, directory: &Path) -> (Vec<u8>, Vec<u8>) {
+    let plan = Plan { scenario: scenario.to_owned(), episodes: EPISODES, seed: SEED, rooms };
     let mut training = Training::new(plan, Preset::Paper.settings()).expect("a network");
-    let mut room = Room::new(WorldSettings { max_steps: MAX_STEPS, ..Default::default() });
-    training.run(&mut room, &mut Silent).expect("a training");
+    let room = |_| Room::new(WorldSettings { max_steps: MAX_STEPS, ..Default::default() });
+    let mut rooms: Vec<Room> = (0..rooms).map(room).collect();
+    training.run(&mut rooms, &mut Silent).expect("a training");
     let directory = RunDirectory::open(directory).expect("a directory");
     directory.write_episodes(&training.progress.records).expect("episodes.csv");
     let episodes = fs::read(directory.file("episodes.csv")).expect("it was just written");
@@ -72,8 +76,59 @@ fn over_dds_and_in_one_process_are_the_same_to_the_byte() {
         start_simulator(&mut nodes);
         start_agent(&mut nodes, &out, scenario, &[]);
         nodes.succeed("agent_node", TRAINING);
-        assert_same(&left_by(&out), &in_process(scenario, &nodes.path("here")));
+        assert_same(&left_by(&out), &in_process(scenario, 1, &nodes.path("here")));
     }
+}
+
+#[test]
+fn several_simulators_at_once_give_one_result_too() {
+    const SIMULATORS: usize = 3;
+    let mut nodes = Nodes::new();
+    let out = nodes.path("run");
+    for index in 0..SIMULATORS {
+        let namespace = format!("__ns:=/sim{index}");
+        let max_steps = format!("max_steps:={MAX_STEPS}");
+        let arguments = ["--ros-args", "-r", &namespace, "-p", &max_steps];
+        nodes.start_beside("sim_node", &format!("sim{index}"), &arguments);
+    }
+    let simulators = format!("simulators:={SIMULATORS}");
+    start_agent(&mut nodes, &out, "three_moving", &[&simulators]);
+    nodes.succeed("agent_node", TRAINING);
+    let here = in_process("three_moving", SIMULATORS, &nodes.path("here"));
+    assert_same(&left_by(&out), &here);
+}
+
+/// The simulator has them already, and is sent none; whoever else listens gets them all.
+#[test]
+fn actions_are_published_for_whoever_watches() {
+    let mut nodes = Nodes::new();
+    let out = nodes.path("run");
+    start_simulator(&mut nodes);
+    let mut watcher = nodes.client();
+    let actions = watcher.create_subscription::<ActionCommand>("action", reliable(1000));
+    let actions = actions.expect("a subscription");
+    let statuses = watcher.create_subscription::<EpisodeStatus>("episode", reliable(1000));
+    let statuses = statuses.expect("a subscription");
+    start_agent(&mut nodes, &out, "empty", &[]);
+    watcher.block_on(async {
+        let patience = Duration::from_secs(60);
+        // From some moment on the watcher is known; then every step has its command, in order.
+        for _ in 0..50 {
+            let next = tokio::time::timeout(patience, actions.async_take()).await;
+            let (command, _) = next.expect("a command").expect("a readable one");
+            assert!(command.sent_by_service);
+            loop {
+                let next = tokio::time::timeout(patience, statuses.async_take()).await;
+                let (status, _) = next.expect("a status").expect("a readable one");
+                // The command answers the image before.
+                if status.step > 0 && status.header.stamp > command.header.stamp {
+                    assert_eq!(status.action, command.action);
+                    break;
+                }
+            }
+        }
+    });
+    nodes.succeed("agent_node", TRAINING);
 }
 
 #[test]
@@ -138,7 +193,7 @@ fn a_simulator_that_is_killed_and_started_again_changes_nothing() {
     nodes.succeed("agent_node", TRAINING);
     let log = nodes.log("agent_node");
     assert!(log.contains("the simulator was restarted: repeating"), "{log}");
-    assert_same(&left_by(&out), &in_process("three_moving", &nodes.path("here")));
+    assert_same(&left_by(&out), &in_process("three_moving", 1, &nodes.path("here")));
 }
 
 #[test]
@@ -154,7 +209,7 @@ fn a_training_that_is_stopped_goes_on_as_if_it_had_not_been() {
         start_agent(&mut nodes, &out, "one_moving", &["resume:=true"]);
     }
     nodes.succeed("agent_node", TRAINING);
-    assert_same(&left_by(&out), &in_process("one_moving", &nodes.path("here")));
+    assert_same(&left_by(&out), &in_process("one_moving", 1, &nodes.path("here")));
 }
 
 #[test]
@@ -245,7 +300,7 @@ fn a_simulator_that_was_stopped_and_continued_says_so_and_ends() {
     assert!(log.contains("the process was stopped and continued"), "{log}");
     start_simulator(&mut nodes);
     nodes.succeed("agent_node", TRAINING);
-    assert_same(&left_by(&out), &in_process("empty", &nodes.path("here")));
+    assert_same(&left_by(&out), &in_process("empty", 1, &nodes.path("here")));
 }
 
 #[test]

@@ -19,7 +19,7 @@ use super::{
     perceptron::Perceptron,
     replay_memory::{Experience, ReplayMemory},
     settings::Settings,
-    training::{Plan, Progress, Training},
+    training::{CurrentEpisode, Plan, Progress, Training},
 };
 
 /// The form of the file; another one is refused.
@@ -61,6 +61,7 @@ struct State {
     scenario: String,
     episodes: u32,
     seed: u64,
+    rooms: usize,
     settings: Settings,
     progress: Progress,
     adam_step: u64,
@@ -114,12 +115,16 @@ impl Training {
     pub fn checkpoint_bytes(&self) -> Result<Vec<u8>, candle_core::Error> {
         let learner = &self.learner;
         let memory = &learner.memory;
-        let needed = memory.needed_images();
+        // What is seen in the rooms is needed, too: it begins the next experiences.
+        let seen = self.progress.current.iter().flatten().filter_map(|current| current.image);
+        let mut needed = memory.needed_images();
+        needed.start = seen.fold(needed.start, u64::min);
         let state = State {
             version: VERSION,
             scenario: self.plan.scenario.clone(),
             episodes: self.plan.episodes,
             seed: self.plan.seed,
+            rooms: self.plan.rooms,
             settings: learner.settings.clone(),
             progress: self.progress.clone(),
             adam_step: learner.adam.step,
@@ -185,6 +190,8 @@ impl Training {
             return differs("episodes", &state.episodes, &plan.episodes);
         } else if state.seed != plan.seed {
             return differs("seed", &state.seed, &plan.seed);
+        } else if state.rooms != plan.rooms {
+            return differs("number of simulators", &state.rooms, &plan.rooms);
         } else if state.settings != settings {
             return Err(does_not_fit(path, difference(&state.settings, &settings)));
         }
@@ -200,8 +207,13 @@ impl Training {
         }
         learner.adam.step = state.adam_step;
         let capacity = learner.settings.memory_capacity;
-        learner.memory =
-            memory(&tensors, capacity, state.first_image, state.oldest).map_err(damaged)?;
+        learner.memory = memory(&tensors, (capacity, state.rooms), state.first_image, state.oldest)
+            .map_err(damaged)?;
+        let images = state.first_image..learner.memory.next_image();
+        let mut seen = state.progress.current.iter().flatten().filter_map(|current| current.image);
+        if !seen.all(|image| images.contains(&image)) {
+            return Err(damaged("what is seen in a room is not in the memory".into()));
+        }
         learner.exploration_random = state.exploration_random.restore().map_err(damaged)?;
         learner.replay_random = state.replay_random.restore().map_err(damaged)?;
         training.progress = state.progress;
@@ -216,8 +228,20 @@ impl State {
         // A hundred years, and more images and updates than they could bring.
         const LONGEST: Duration = Duration::from_secs(100 * 365 * 86_400);
         const MOST: u64 = 1 << 48;
-        let problem = if progress.records.len() > self.episodes as usize {
-            "it has more records than episodes"
+        let active: Vec<&CurrentEpisode> = progress.current.iter().flatten().collect();
+        let problem = if progress.records.len() + active.len() != progress.next_episode as usize
+            || progress.next_episode > self.episodes
+        {
+            "it has more or fewer episodes than were begun"
+        } else if progress.current.len() != self.rooms {
+            "it has another number of rooms than it says"
+        } else if active.iter().any(|current| current.episode >= progress.next_episode) {
+            "a room is in an episode that was not begun"
+        } else if progress.begun.as_ref().is_some_and(|begun| {
+            begun.actions.len() != active.len()
+                || active.iter().any(|current| current.image.is_none())
+        }) {
+            "a step was begun in another number of rooms"
         } else if progress.wall > LONGEST || progress.update_time > LONGEST {
             "it took more than a hundred years"
         } else if self.first_image > MOST || progress.total_steps > MOST || progress.updates > MOST
@@ -252,7 +276,7 @@ fn difference(saved: &Settings, given: &Settings) -> String {
 
 fn memory(
     tensors: &HashMap<String, Tensor>,
-    capacity: usize,
+    (capacity, rooms): (usize, usize),
     first_image: u64,
     oldest: usize,
 ) -> Result<ReplayMemory, String> {
@@ -284,8 +308,8 @@ fn memory(
             return Err(format!("experience {index} has a wrong action or reward"));
         };
         let (state, next_state) = (states[index], next_states[index]);
-        let in_order = index == 0 || state >= next_states[index - 1];
-        if next_state as usize >= count || state.checked_add(1) != Some(next_state) || !in_order {
+        let in_order = index == 0 || next_state > next_states[index - 1];
+        if next_state as usize >= count || state >= next_state || !in_order {
             return Err(format!("experience {index} points at an image that is not its own"));
         }
         experiences.push(Experience {
@@ -296,14 +320,14 @@ fn memory(
             terminated: terminated[index] != 0,
         });
     }
-    if count > 2 * capacity + 2 || !rest.is_empty() {
+    if count > ReplayMemory::most_images(capacity, rooms) || !rest.is_empty() {
         return Err(format!("memory.images has {count} images and {} bytes more", rest.len()));
     }
     // Until the memory is full, the oldest experience is the first.
     if oldest != 0 && (length < capacity || oldest >= length) {
         return Err(format!("the oldest of {length} experiences cannot have the index {oldest}"));
     }
-    Ok(ReplayMemory::restore(capacity, experiences, oldest, first_image, images))
+    Ok(ReplayMemory::restore((capacity, rooms), experiences, oldest, first_image, images))
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, LoadError> {
@@ -331,7 +355,7 @@ mod tests {
     use crate::learning::settings::Preset;
 
     fn plan() -> Plan {
-        Plan { scenario: "empty".into(), episodes: 10, seed: 3 }
+        Plan { scenario: "empty".into(), episodes: 10, seed: 3, rooms: 2 }
     }
 
     fn load(bytes: &[u8], plan: Plan, settings: Settings) -> Result<Training, String> {
@@ -362,6 +386,9 @@ mod tests {
         let message = |plan, settings| load(&bytes, plan, settings).unwrap_err();
         let other = Plan { seed: 4, ..plan() };
         assert!(message(other, settings.clone()).ends_with("does not fit: its seed is 3, not 4"));
+        let other = Plan { rooms: 3, ..plan() };
+        let text = message(other, settings.clone());
+        assert!(text.ends_with("its number of simulators is 2, not 3"), "{text}");
         let other = Settings { discount: 0.9, batch_size: 32, ..settings };
         let message = message(plan(), other);
         assert!(message.contains("its batch_size is 50, not 32"), "{message}");
@@ -379,6 +406,11 @@ mod tests {
             (r#""first_image":0"#, r#""first_image":x"#),
             (r#""total_steps":0"#, r#""total_steps":18446744073709551000"#),
             (r#""adam_step":0"#, r#""adam_step":7"#),
+            (r#""rooms":2"#, r#""rooms":3"#),
+            (r#""next_episode":2"#, r#""next_episode":3"#),
+            (r#""episode":1,"image":null"#, r#""episode":2,"image":null"#),
+            (r#""episode":1,"image":null"#, r#""episode":1,"image":0"#),
+            (r#""begun":null"#, r#""begun":{"actions":[1],"updates":0}"#),
             (r#""version":2"#, r#""version":1"#),
             (r#""position":"0""#, r#""position":"y""#),
         ] {

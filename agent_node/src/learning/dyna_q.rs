@@ -28,7 +28,7 @@ pub struct Decision {
 }
 
 /// Deep Dyna-Q.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct DynaQ {
     pub(super) settings: Settings,
     /// `w_train`
@@ -39,7 +39,7 @@ pub struct DynaQ {
     pub(super) memory: ReplayMemory,
     pub(super) exploration_random: ChaCha8Rng,
     pub(super) replay_random: ChaCha8Rng,
-    /// The forward pass of a state, and of a batch.
+    /// The forward pass of the state in each room, and of a batch.
     activations: Activations,
     batch_activations: Activations,
     /// The indices of the batch that was drawn last.
@@ -49,21 +49,22 @@ pub struct DynaQ {
 }
 
 impl DynaQ {
-    /// A learner that knows nothing; its target network starts as a copy of the training network.
-    pub fn new(settings: Settings, seed: u64) -> Result<DynaQ> {
+    /// A learner that knows nothing, and learns in so many rooms at once; its target network starts
+    /// as a copy of the training network.
+    pub fn new(settings: Settings, seed: u64, rooms: usize) -> Result<DynaQ> {
         let mut random = seeds::sequence(seed, Sequence::Weights);
         let train = Perceptron::new(&QNetwork::new(&settings.hidden_layers, &mut random)?)?;
         let betas = (settings.adam_beta1, settings.adam_beta2);
         let batch = settings.batch_size;
         let (rate, epsilon) = (settings.learning_rate, settings.adam_epsilon);
         Ok(DynaQ {
-            memory: ReplayMemory::new(settings.memory_capacity),
+            memory: ReplayMemory::new(settings.memory_capacity, rooms),
             exploration_random: seeds::sequence(seed, Sequence::Exploration),
             replay_random: seeds::sequence(seed, Sequence::Replay),
             settings,
             target: train.clone(),
             adam: Adam::new(&train, batch, rate, betas, epsilon),
-            activations: train.activations(1),
+            activations: train.activations(rooms),
             batch_activations: train.activations(batch),
             batch: vec![0; batch],
             targets: vec![0.0; batch],
@@ -71,40 +72,61 @@ impl DynaQ {
         })
     }
 
-    /// Chooses an action: with probability epsilon any of the seven alike, otherwise the best.
-    pub fn act(&mut self, state: &Image, epsilon: f64) -> Decision {
-        let values = policy::values(&self.train, &mut self.activations, state);
-        let explored = self.exploration_random.random::<f64>() < epsilon;
-        let action = match explored {
-            true => random_action(&mut self.exploration_random),
-            false => Action::greatest(&values),
+    /// Chooses an action in each room, given what is seen there and epsilon: with probability epsilon
+    /// any of the seven alike, otherwise the best. There are at most as many as the learner was made
+    /// for.
+    pub fn act(&mut self, states: &[(&Image, f64)]) -> Vec<Decision> {
+        self.activations.read_images(states.iter().map(|(image, _)| image.bytes()));
+        self.train.forward(&mut self.activations);
+        let random = &mut self.exploration_random;
+        let decide = |((_, epsilon), outputs): (&(&Image, f64), &[f32])| {
+            let values = policy::of_actions(outputs);
+            let explored = random.random::<f64>() < *epsilon;
+            let action = match explored {
+                true => random_action(random),
+                false => Action::greatest(&values),
+            };
+            Decision { action, values: Some(values), explored }
         };
-        Decision { action, values: Some(values), explored }
+        states.iter().zip(self.activations.outputs()).map(decide).collect()
     }
 
-    /// The first state of an episode.
-    pub fn begin_episode(&mut self, state: &Image) {
-        self.memory.begin_episode(state);
+    /// The first state of an episode; returns its number.
+    pub fn begin_episode(&mut self, state: &Image) -> u64 {
+        self.memory.begin_episode(state)
     }
 
-    /// Stores the experience `(s, a, s', R)`; `s` is the state that was stored last.
-    pub fn remember(&mut self, action: Action, reward: f32, terminated: bool, next_state: &Image) {
-        self.memory.store(action, reward, terminated, next_state);
+    /// Stores the experience `(s, a, s', R)`, given the number of `s`; returns that of `s'`.
+    pub fn remember(
+        &mut self,
+        state: u64,
+        action: Action,
+        reward: f32,
+        terminated: bool,
+        next_state: &Image,
+    ) -> u64 {
+        self.memory.store(state, action, reward, terminated, next_state)
     }
 
     /// Experience replay: one update of the training network from a batch of memories. Returns the
     /// loss, or `None` while there are too few memories.
     pub fn plan(&mut self) -> Option<f32> {
-        self.draw(false).then(|| self.update())
+        self.draw(0).then(|| self.update())
     }
 
-    /// Draws the batch of an update; false while there are too few memories. With `ahead` it is that
-    /// of the update which follows the next experience, which is not there yet.
-    pub(super) fn draw(&mut self, ahead: bool) -> bool {
-        self.memory.draw(&mut self.batch, ahead, &mut self.replay_random)
+    /// Draws the batch of an update; false while there are too few memories. It is that of an update
+    /// after `more` further experiences, which need not be there yet.
+    pub(super) fn draw(&mut self, more: usize) -> bool {
+        self.memory.draw(&mut self.batch, more, &mut self.replay_random)
+    }
+
+    /// Whether the batch needs one of the next experiences, so many of them.
+    pub(super) fn batch_needs_next(&self, more: usize) -> bool {
+        self.batch.iter().any(|index| self.memory.is_among_next(*index, more))
     }
 
     /// The indices of the experiences that were drawn last.
+    #[cfg(test)]
     pub(super) fn batch(&self) -> &[usize] {
         &self.batch
     }
@@ -204,12 +226,12 @@ mod tests {
     /// A learner with a memory of one step, `terminated` or not.
     fn learner_after_one_step(terminated: bool) -> DynaQ {
         let settings = Settings { batch_size: 1, ..Preset::Paper.settings() };
-        let mut learner = DynaQ::new(settings, 5).unwrap();
+        let mut learner = DynaQ::new(settings, 5, 1).unwrap();
         for (network, seed) in [(&mut learner.train, 1), (&mut learner.target, 2)] {
             network.read(&network.network().unwrap().randomized(seed)).unwrap();
         }
-        learner.begin_episode(&image(50));
-        learner.remember(action(2), -0.1, terminated, &image(200));
+        let state = learner.begin_episode(&image(50));
+        learner.remember(state, action(2), -0.1, terminated, &image(200));
         learner
     }
 
@@ -244,35 +266,48 @@ mod tests {
 
     #[test]
     fn no_update_before_the_batch_can_be_filled() {
-        let mut learner = DynaQ::new(Preset::Paper.settings(), 5).unwrap();
-        learner.begin_episode(&image(0));
+        let mut learner = DynaQ::new(Preset::Paper.settings(), 5, 1).unwrap();
+        let mut state = learner.begin_episode(&image(0));
         for step in 1..=50 {
             assert_eq!(learner.plan(), None);
-            learner.remember(action(0), -0.1, false, &image(step));
+            state = learner.remember(state, action(0), -0.1, false, &image(step));
         }
         assert!(learner.plan().is_some());
     }
 
     #[test]
     fn epsilon_one_explores_every_action_alike_and_zero_never_explores() {
-        let mut learner = DynaQ::new(Preset::Paper.settings(), 5).unwrap();
+        let mut learner = DynaQ::new(Preset::Paper.settings(), 5, 1).unwrap();
         let mut counts = [0; Action::COUNT];
         for _ in 0..7000 {
-            let decision = learner.act(&image(9), 1.0);
+            let decision = learner.act(&[(&image(9), 1.0)]).remove(0);
             assert!(decision.explored);
             counts[usize::from(decision.action.index())] += 1;
         }
         assert!(counts.iter().all(|count| (880..1120).contains(count)), "{counts:?}");
         for _ in 0..100 {
-            let decision = learner.act(&image(9), 0.0);
+            let decision = learner.act(&[(&image(9), 0.0)]).remove(0);
             assert!(!decision.explored);
             assert_eq!(decision.action, Action::greatest(&decision.values.unwrap()));
         }
     }
 
     #[test]
+    fn deciding_for_several_rooms_at_once_is_deciding_for_one_after_the_other() {
+        let mut learner = DynaQ::new(Preset::Paper.settings(), 5, 3).unwrap();
+        let images = [image(9), image(120), image(240)];
+        let states: Vec<(&Image, f64)> = images.iter().zip([0.5, 0.1, 0.9]).collect();
+        let mut alone = learner.clone();
+        for _ in 0..50 {
+            let each: Vec<Decision> =
+                states.iter().flat_map(|state| alone.act(std::slice::from_ref(state))).collect();
+            assert_eq!(learner.act(&states), each);
+        }
+    }
+
+    #[test]
     fn the_target_network_starts_as_the_training_network() {
-        let learner = DynaQ::new(Preset::Paper.settings(), 5).unwrap();
+        let learner = DynaQ::new(Preset::Paper.settings(), 5, 1).unwrap();
         let (train, target) = (&learner.train, &learner.target);
         assert_eq!(values(train, &image(3)), values(target, &image(3)));
     }

@@ -39,9 +39,12 @@ pub(super) fn values(
 ) -> [f32; Action::COUNT] {
     activations.read_images(std::iter::once(image.bytes()));
     network.forward(activations);
+    activations.outputs().next().map_or([f32::NAN; Action::COUNT], of_actions)
+}
+
+/// The values of the actions among the outputs for a state, behind which there is padding.
+pub(super) fn of_actions(outputs: &[f32]) -> [f32; Action::COUNT] {
     let mut values = [0.0; Action::COUNT];
-    for output in activations.outputs() {
-        values.copy_from_slice(&output[..Action::COUNT]);
-    }
+    values.copy_from_slice(&outputs[..Action::COUNT]);
     values
 }

@@ -26,11 +26,12 @@ pub struct Experience {
 /// The memory, a ring of experiences beside a ring of images.
 ///
 /// Images are numbered in the order of their coming. An experience brings at most two of them, the
-/// first of an episode and its own, so a ring of twice the capacity never overwrites an image that
-/// an experience still points at.
+/// first of an episode and its own, so a ring of twice the capacity, and two more for each room,
+/// never overwrites an image that an experience still points at.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReplayMemory {
     capacity: usize,
+    rooms: usize,
     experiences: Vec<Experience>,
     /// Where the next experience goes once the memory is full.
     oldest: usize,
@@ -40,10 +41,11 @@ pub struct ReplayMemory {
 }
 
 impl ReplayMemory {
-    /// An empty memory of at most `capacity` experiences.
-    pub fn new(capacity: usize) -> ReplayMemory {
+    /// An empty memory of at most `capacity` experiences, which come from so many rooms in turn.
+    pub fn new(capacity: usize, rooms: usize) -> ReplayMemory {
         ReplayMemory {
             capacity,
+            rooms,
             experiences: Vec::new(),
             oldest: 0,
             images: Vec::new(),
@@ -54,13 +56,13 @@ impl ReplayMemory {
     /// A memory as it was: its experiences from the oldest on, which has the index `oldest`; the
     /// images from number `first` on. Indices are what updates draw, so they must be the same.
     pub(super) fn restore(
-        capacity: usize,
+        (capacity, rooms): (usize, usize),
         mut experiences: Vec<Experience>,
         oldest: usize,
         first: u64,
         images: &[[u8; Image::BYTES]],
     ) -> ReplayMemory {
-        let mut memory = ReplayMemory::new(capacity);
+        let mut memory = ReplayMemory::new(capacity, rooms);
         memory.next_image = first;
         for image in images {
             memory.push_image(image);
@@ -80,15 +82,21 @@ impl ReplayMemory {
         self.experiences.is_empty()
     }
 
-    /// Stores the first image of an episode.
-    pub fn begin_episode(&mut self, image: &Image) {
-        self.push_image(image.bytes());
+    /// Stores the first image of an episode; returns its number.
+    pub fn begin_episode(&mut self, image: &Image) -> u64 {
+        self.push_image(image.bytes())
     }
 
-    /// Stores what an action led to from the image that was stored last.
-    pub fn store(&mut self, action: Action, reward: f32, terminated: bool, next: &Image) {
+    /// Stores what an action led to from the image of a number; returns the number of the next one.
+    pub fn store(
+        &mut self,
+        state: u64,
+        action: Action,
+        reward: f32,
+        terminated: bool,
+        next: &Image,
+    ) -> u64 {
         let next_state = self.push_image(next.bytes());
-        let state = next_state - 1;
         let experience = Experience { state, next_state, action, reward, terminated };
         if self.experiences.len() < self.capacity {
             self.experiences.push(experience);
@@ -96,17 +104,18 @@ impl ReplayMemory {
             self.experiences[self.oldest] = experience;
             self.oldest = (self.oldest + 1) % self.capacity;
         }
+        next_state
     }
 
     /// Draws different experiences uniformly, as indices for [`ReplayMemory::get`], one for each
     /// place in the batch; false while there are fewer.
     ///
-    /// What is drawn depends on the generator and the length only. So it is known before an
-    /// experience is there: with `one_more`, the draw is that after the next [`ReplayMemory::store`].
+    /// What is drawn depends on the generator and the length only. So it is known before experiences
+    /// are there: the draw is that after `more` further ones are stored.
     ///
     /// This is Floyd's algorithm (Bentley, Programming Pearls, CACM 30(9), 1987), in place.
-    pub fn draw(&self, batch: &mut [usize], one_more: bool, random: &mut impl Rng) -> bool {
-        let length = (self.len() + usize::from(one_more)).min(self.capacity);
+    pub fn draw(&self, batch: &mut [usize], more: usize, random: &mut impl Rng) -> bool {
+        let length = (self.len() + more).min(self.capacity);
         let Some(first) = length.checked_sub(batch.len()) else {
             return false;
         };
@@ -118,9 +127,10 @@ impl ReplayMemory {
         true
     }
 
-    /// The index that the next experience will have.
-    pub fn next_index(&self) -> usize {
-        if self.len() < self.capacity { self.len() } else { self.oldest }
+    /// Whether an index will be that of one of the next experiences, so many of them.
+    pub fn is_among_next(&self, index: usize, more: usize) -> bool {
+        let first = if self.len() < self.capacity { self.len() } else { self.oldest };
+        (index + self.capacity - first) % self.capacity < more
     }
 
     /// The experience at an index below [`ReplayMemory::len`].
@@ -138,21 +148,26 @@ impl ReplayMemory {
         &self.images[self.slot(number)]
     }
 
-    /// The image that was stored last.
-    pub fn latest_image(&self) -> Option<&[u8; Image::BYTES]> {
-        (self.next_image > 0).then(|| self.image(self.next_image - 1))
-    }
-
     /// The experiences, the oldest first.
     pub fn oldest_first(&self) -> impl Iterator<Item = Experience> + '_ {
         let (newer, older) = self.experiences.split_at(self.oldest);
         older.iter().chain(newer).copied()
     }
 
-    /// The numbers of the images that are still needed: those of the experiences, and the last.
+    /// The number of the next image.
+    pub fn next_image(&self) -> u64 {
+        self.next_image
+    }
+
+    /// The numbers of the images that the experiences need, and those since.
     pub fn needed_images(&self) -> std::ops::Range<u64> {
-        let oldest = self.oldest_first().next().map(|experience| experience.state);
-        oldest.unwrap_or(self.next_image.saturating_sub(1))..self.next_image
+        let first = self.experiences.iter().map(|experience| experience.state).min();
+        first.unwrap_or(self.next_image)..self.next_image
+    }
+
+    /// How many images are kept at most.
+    pub(super) fn most_images(capacity: usize, rooms: usize) -> usize {
+        2 * (capacity + rooms)
     }
 
     fn push_image(&mut self, bytes: &[u8; Image::BYTES]) -> u64 {
@@ -168,7 +183,7 @@ impl ReplayMemory {
     }
 
     fn slot(&self, number: u64) -> usize {
-        (number % (2 * self.capacity as u64 + 2)) as usize
+        (number % ReplayMemory::most_images(self.capacity, self.rooms) as u64) as usize
     }
 }
 
@@ -188,55 +203,81 @@ mod tests {
     }
 
     proptest! {
-        /// Against a plain queue of whole images, over episodes of any lengths.
+        /// Against a plain queue of whole images, over episodes of any lengths in several rooms.
         #[test]
         fn it_is_a_queue_of_experiences(
             capacity in 1usize..40,
-            episodes in prop::collection::vec(1usize..12, 1..40),
+            rooms in 1usize..4,
+            lengths in prop::collection::vec(1usize..12, 1..60),
         ) {
-            let mut memory = ReplayMemory::new(capacity);
+            let mut memory = ReplayMemory::new(capacity, rooms);
             let mut model = VecDeque::new();
-            let mut number = 0;
-            for steps in episodes {
-                let mut state = image(number);
-                memory.begin_episode(&state);
-                for step in 0..steps {
-                    number += 1;
-                    let action = Action::try_from((number % 7) as u8).unwrap();
-                    let (next, terminated) = (image(number), step + 1 == steps);
-                    memory.store(action, -0.1, terminated, &next);
-                    model.push_back((state, action, terminated, next.clone()));
+            let mut lengths = lengths.into_iter();
+            let mut count = 0;
+            let mut next_image = || {
+                count += 1;
+                image(count)
+            };
+            // The steps left, the image and its number, in each room.
+            let mut states: Vec<Option<(usize, Image, u64)>> = vec![None; rooms];
+            loop {
+                for state in &mut states {
+                    if state.is_none() && let Some(length) = lengths.next() {
+                        let first = next_image();
+                        let number = memory.begin_episode(&first);
+                        *state = Some((length, first, number));
+                    }
+                }
+                if states.iter().all(Option::is_none) {
+                    break;
+                }
+                let more = states.iter().flatten().count();
+                let expected: Vec<bool> =
+                    (0..capacity).map(|index| memory.is_among_next(index, more)).collect();
+                let mut written = vec![false; capacity];
+                for state in &mut states {
+                    let Some((left, before, number)) = state.take() else {
+                        continue;
+                    };
+                    let action = Action::try_from((left % 7) as u8).unwrap();
+                    let (next, terminated) = (next_image(), left == 1);
+                    let index = (0..capacity).find(|index| memory.is_among_next(*index, 1));
+                    written[index.unwrap()] = true;
+                    let number = memory.store(number, action, -0.1, terminated, &next);
+                    model.push_back((before, action, terminated, next.clone()));
                     if model.len() > capacity {
                         model.pop_front();
                     }
-                    state = next;
+                    if left > 1 {
+                        *state = Some((left - 1, next, number));
+                    }
                 }
-                number += 1;
+                prop_assert_eq!(written, expected);
             }
             prop_assert_eq!(memory.len(), model.len());
-            prop_assert!(memory.next_index() <= memory.len());
             for (experience, (state, action, terminated, next)) in memory.oldest_first().zip(model) {
                 prop_assert_eq!(memory.image(experience.state), state.bytes());
                 prop_assert_eq!(memory.image(experience.next_state), next.bytes());
                 prop_assert_eq!(experience.action, action);
                 prop_assert_eq!(experience.terminated, terminated);
+                prop_assert!(memory.needed_images().contains(&experience.state));
             }
         }
     }
 
     #[test]
     fn a_batch_is_of_different_memories_and_all_are_drawn_alike() {
-        let mut memory = ReplayMemory::new(100);
-        memory.begin_episode(&image(0));
+        let mut memory = ReplayMemory::new(100, 1);
+        let mut state = memory.begin_episode(&image(0));
         for number in 1..=60 {
-            memory.store(Action::try_from(0).unwrap(), -0.1, false, &image(number));
+            state = memory.store(state, Action::try_from(0).unwrap(), -0.1, false, &image(number));
         }
         let mut random = ChaCha8Rng::from_seed([1; 32]);
-        assert!(!memory.draw(&mut [0; 61], false, &mut random));
+        assert!(!memory.draw(&mut [0; 61], 0, &mut random));
         let mut counts = [0u32; 60];
         for _ in 0..6000 {
             let mut batch = [0; 20];
-            assert!(memory.draw(&mut batch, false, &mut random));
+            assert!(memory.draw(&mut batch, 0, &mut random));
             assert_eq!(batch.iter().collect::<HashSet<_>>().len(), 20);
             batch.into_iter().for_each(|index| counts[index] += 1);
         }

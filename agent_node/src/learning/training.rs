@@ -1,4 +1,4 @@
-//! The training loop (the paper's Figure 2).
+//! The training loop (the paper's Figure 2), in one room or in several at once.
 
 use std::{
     num::NonZeroU64,
@@ -11,6 +11,7 @@ use thiserror::Error;
 use super::{
     action::Action,
     dyna_q::{Decision, DynaQ},
+    image::Image,
     record::EpisodeRecord,
     seeds::{Purpose, episode_seed},
     settings::Settings,
@@ -26,6 +27,9 @@ pub struct Plan {
     pub episodes: u32,
     /// The seed of the run.
     pub seed: u64,
+    /// How many rooms the agent learns in at once. They take a step each in turn; an episode that
+    /// ends is followed by the next one that no room has begun.
+    pub rooms: usize,
 }
 
 /// Why a training does not go on.
@@ -65,13 +69,21 @@ pub struct Progress {
     pub wall: Duration,
     /// Time spent in updates.
     pub update_time: Duration,
-    /// The unfinished episode.
-    pub current: CurrentEpisode,
+    /// The first episode that no room has begun.
+    pub next_episode: u32,
+    /// The unfinished episode of each room; none where there are no more.
+    pub current: Vec<Option<CurrentEpisode>>,
+    /// The step that was begun in every room, if its end has not been seen.
+    pub begun: Option<BegunStep>,
 }
 
 /// An episode under way.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CurrentEpisode {
+    /// Its number.
+    pub episode: u32,
+    /// The number of the image that the robot sees; none before the first.
+    pub image: Option<u64>,
     /// Indices of the actions taken so far. With the seed they bring the room back to this state.
     pub actions: Vec<u8>,
     /// The sum of the rewards so far.
@@ -82,23 +94,21 @@ pub struct CurrentEpisode {
     pub losses: u32,
     /// Blocked moves so far.
     pub blocked: u32,
-    /// The step that was begun, if its end has not been seen.
-    pub begun: Option<BegunStep>,
 }
 
 /// A step under way.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BegunStep {
-    /// The index of its action.
-    pub action: u8,
+    /// The index of the action in each room that has an episode.
+    pub actions: Vec<u8>,
     /// Updates that belong to it and are made already.
     pub updates: u32,
 }
 
 /// Who wants to know how the training goes.
 pub trait Listener {
-    /// An episode has ended; its record is the last one.
-    fn episode(&mut self, training: &Training) -> anyhow::Result<()>;
+    /// An episode has ended.
+    fn episode(&mut self, training: &Training, record: &EpisodeRecord) -> anyhow::Result<()>;
 }
 
 /// A training: the plan, the learner and how far they are.
@@ -114,8 +124,13 @@ pub struct Training {
 impl Training {
     /// A training that has not begun.
     pub fn new(plan: Plan, settings: Settings) -> Result<Training, candle_core::Error> {
-        let learner = DynaQ::new(settings, plan.seed)?;
-        Ok(Training { plan, progress: Progress::default(), learner })
+        let learner = DynaQ::new(settings, plan.seed, plan.rooms)?;
+        let mut progress = Progress::default();
+        for _ in 0..plan.rooms {
+            let next = progress.next_episode(plan.episodes);
+            progress.current.push(next);
+        }
+        Ok(Training { plan, progress, learner })
     }
 
     /// The learner.
@@ -123,14 +138,18 @@ impl Training {
         &self.learner
     }
 
-    /// The number of the present episode, from 0; the number of episodes once all are done.
+    /// How many episodes have ended; in one room, the number of the present one.
     pub fn episode(&self) -> u32 {
         self.progress.records.len() as u32
     }
 
     /// The exploration probability of the present episode.
     pub fn epsilon(&self) -> f64 {
-        self.learner.settings.exploration.epsilon(self.episode(), self.plan.episodes)
+        self.epsilon_of(self.episode())
+    }
+
+    fn epsilon_of(&self, episode: u32) -> f64 {
+        self.learner.settings.exploration.epsilon(episode, self.plan.episodes)
     }
 
     /// Steps per second of wall time, so far.
@@ -143,139 +162,218 @@ impl Training {
         self.progress.update_time.as_secs_f64() * 1e6 / self.progress.updates.max(1) as f64
     }
 
-    /// Trains until all episodes are done. After an error of the room, [`super::checkpoint`] can save
+    /// Trains until all episodes are done. After an error of a room, [`super::checkpoint`] can save
     /// the training, and `run` goes on from there as if nothing had happened.
-    pub fn run(
+    ///
+    /// There must be as many rooms as the plan says.
+    pub fn run<E: Environment>(
         &mut self,
-        room: &mut impl Environment,
+        rooms: &mut [E],
         listener: &mut impl Listener,
     ) -> Result<(), TrainingError> {
-        let mut started = Instant::now();
-        self.begin_reset(room)?;
-        while self.episode() < self.plan.episodes {
-            self.run_episode(room, &mut started)?;
-            // While the room makes itself ready, there is time to tell of the episode.
-            self.begin_reset(room)?;
-            listener.episode(self)?;
-        }
-        Ok(())
-    }
-
-    /// Asks for the present episode, if there is one more.
-    fn begin_reset(&self, room: &mut impl Environment) -> Result<(), TrainingError> {
-        if self.episode() < self.plan.episodes {
-            room.begin_reset(self.episode_seed(), &self.plan.scenario)?;
-        }
-        Ok(())
-    }
-
-    fn episode_seed(&self) -> NonZeroU64 {
-        episode_seed(Purpose::Training, self.plan.seed, self.episode())
-    }
-
-    /// `counted` is the time up to which the wall time is counted.
-    fn run_episode(
-        &mut self,
-        room: &mut impl Environment,
-        counted: &mut Instant,
-    ) -> Result<(), TrainingError> {
-        let epsilon = self.epsilon();
-        let seed = self.episode_seed();
-        let mut state = room.finish_reset()?;
-        // Unless the episode was interrupted, this is a first image, and new.
-        let interrupted = !self.progress.current.actions.is_empty();
-        if !interrupted && self.learner.memory.latest_image() != Some(state.bytes()) {
-            self.learner.begin_episode(&state);
-        }
-        // An interrupted episode: the room is brought back to where it was.
-        for (step, index) in self.progress.current.actions.clone().into_iter().enumerate() {
-            let again = room.step(&Decision::from(action(index)?))?;
-            state = again.image;
-            if again.terminated || again.truncated {
-                let step = step as u32 + 1;
-                return Err(EnvironmentError::NotRepeatable { step, seed: seed.get() }.into());
+        assert_eq!(rooms.len(), self.plan.rooms, "the training is for another number of rooms");
+        let mut counted = Instant::now();
+        // What is seen in each room; none while it is being reset.
+        let mut states: Vec<Option<Image>> = vec![None; rooms.len()];
+        self.begin_resets(rooms, &states)?;
+        while self.progress.current.iter().any(Option::is_some) {
+            self.finish_resets(rooms, &mut states)?;
+            let ended = self.step(rooms, &mut states)?;
+            self.progress.wall += counted.elapsed();
+            counted = Instant::now();
+            if ended > 0 {
+                // While the rooms make themselves ready, there is time to tell of the episodes.
+                self.begin_resets(rooms, &states)?;
+                let records = &self.progress.records;
+                for record in &records[records.len() - ended..] {
+                    listener.episode(self, record)?;
+                }
             }
         }
-        if self.learner.memory.latest_image() != Some(state.bytes()) {
-            let step = self.progress.current.actions.len() as u32;
-            return Err(EnvironmentError::NotRepeatable { step, seed: seed.get() }.into());
+        Ok(())
+    }
+
+    /// Asks for a new episode in every room where nothing is seen, if there is one.
+    fn begin_resets<E: Environment>(
+        &self,
+        rooms: &mut [E],
+        states: &[Option<Image>],
+    ) -> Result<(), TrainingError> {
+        let waiting = rooms.iter_mut().zip(states).zip(&self.progress.current);
+        for ((room, _), current) in waiting.filter(|((_, state), _)| state.is_none()) {
+            if let Some(current) = current {
+                room.begin_reset(self.seed_of(current.episode), &self.plan.scenario)?;
+            }
         }
-        loop {
-            // At time t the agent observes s_t and chooses a_t,
-            let decision = match self.progress.current.begun {
-                None => self.learner.act(&state, epsilon),
-                // unless it had chosen before it was interrupted,
-                Some(begun) => Decision::from(action(begun.action)?),
+        Ok(())
+    }
+
+    fn seed_of(&self, episode: u32) -> NonZeroU64 {
+        episode_seed(Purpose::Training, self.plan.seed, episode)
+    }
+
+    /// Waits for the rooms that were asked for a new episode.
+    fn finish_resets<E: Environment>(
+        &mut self,
+        rooms: &mut [E],
+        states: &mut [Option<Image>],
+    ) -> Result<(), TrainingError> {
+        for (index, (room, state)) in rooms.iter_mut().zip(states).enumerate() {
+            let Some(current) = &self.progress.current[index] else {
+                continue;
             };
-            let index = decision.action.index();
-            self.progress.current.begun.get_or_insert(BegunStep { action: index, updates: 0 });
-            // then transitions to s_t+1 and receives R_t+1. Experience replay is performed every time
-            // the agent takes a step: it begins while the room is at work.
-            room.begin_step(&decision)?;
-            let step = self.plan_and_finish_step(room, decision.action)?;
-            let current = &mut self.progress.current;
-            current.begun = None;
-            current.actions.push(index);
+            if state.is_some() {
+                continue;
+            }
+            let seed = self.seed_of(current.episode);
+            let mut image = room.finish_reset()?;
+            // An interrupted episode: the room is brought back to where it was.
+            let not_repeatable = |step: usize| {
+                let step = step as u32;
+                TrainingError::from(EnvironmentError::NotRepeatable { step, seed: seed.get() })
+            };
+            for (step, index) in current.actions.iter().enumerate() {
+                let again = room.step(&Decision::from(action(*index)?))?;
+                image = again.image;
+                if again.terminated || again.truncated {
+                    return Err(not_repeatable(step + 1));
+                }
+            }
+            let number = match current.image {
+                None => self.learner.begin_episode(&image),
+                Some(number) if self.learner.memory.image(number) == image.bytes() => number,
+                Some(_) => return Err(not_repeatable(current.actions.len())),
+            };
+            if let Some(current) = &mut self.progress.current[index] {
+                current.image = Some(number);
+            }
+            *state = Some(image);
+        }
+        Ok(())
+    }
+
+    /// One step in every room that has an episode. Returns how many episodes it ended.
+    fn step<E: Environment>(
+        &mut self,
+        rooms: &mut [E],
+        states: &mut [Option<Image>],
+    ) -> Result<usize, TrainingError> {
+        // At time t the agent observes s_t and chooses a_t,
+        let decisions = match &self.progress.begun {
+            None => {
+                let present = states.iter().zip(&self.progress.current);
+                let seen: Vec<(&Image, f64)> = present
+                    .filter_map(|(state, current)| {
+                        Some((state.as_ref()?, self.epsilon_of(current.as_ref()?.episode)))
+                    })
+                    .collect();
+                self.learner.act(&seen)
+            }
+            // unless it had chosen before it was interrupted,
+            Some(begun) => begun
+                .actions
+                .iter()
+                .map(|index| Ok(Decision::from(action(*index)?)))
+                .collect::<Result<_, TrainingError>>()?,
+        };
+        let actions: Vec<Action> = decisions.iter().map(|decision| decision.action).collect();
+        let indices = actions.iter().map(|action| action.index()).collect();
+        self.progress.begun.get_or_insert(BegunStep { actions: indices, updates: 0 });
+        // then transitions to s_t+1 and receives R_t+1. Experience replay is performed every time
+        // the agent takes a step: it begins while the room is at work.
+        let active = |current: &[Option<CurrentEpisode>]| -> Vec<usize> {
+            (0..current.len()).filter(|index| current[*index].is_some()).collect()
+        };
+        let active = active(&self.progress.current);
+        for (index, decision) in active.iter().zip(&decisions) {
+            rooms[*index].begin_step(decision)?;
+        }
+        let steps = self.plan_and_finish_steps(rooms, &active, &actions)?;
+        self.progress.begun = None;
+        let mut ended = 0;
+        for ((index, action), step) in active.into_iter().zip(actions).zip(steps) {
+            self.progress.total_steps += 1;
+            let slot = &mut self.progress.current[index];
+            let Some(mut current) = slot.take() else {
+                continue;
+            };
+            current.actions.push(action.index());
             current.episode_return += step.reward;
             current.blocked += u32::from(step.blocked);
-            self.progress.total_steps += 1;
-            self.progress.wall += counted.elapsed();
-            *counted = Instant::now();
             if step.terminated || step.truncated {
                 // The target network follows at the end of each episode.
                 self.learner.end_episode();
-                self.finish_episode(epsilon, step.terminated);
-                return Ok(());
+                self.record(current, step.terminated);
+                let next = self.progress.next_episode(self.plan.episodes);
+                self.progress.current[index] = next;
+                states[index] = None;
+                ended += 1;
+            } else {
+                *slot = Some(current);
+                states[index] = Some(step.image);
             }
-            state = step.image;
         }
+        Ok(ended)
     }
 
     /// Makes the updates of a step, and waits for its end where one of them needs its experience.
     ///
     /// The result is that of remembering first and updating then: what a batch holds follows from the
-    /// length that the memory will have, so a batch without the newest experience is known before.
-    fn plan_and_finish_step(
+    /// length that the memory will have, so a batch without the newest experiences is known before.
+    fn plan_and_finish_steps<E: Environment>(
         &mut self,
-        room: &mut impl Environment,
-        action: Action,
-    ) -> Result<Step, TrainingError> {
-        let newest = self.learner.memory.next_index();
-        let mut finished: Option<Step> = None;
-        while self.updates_made() < self.learner.settings.planning_steps as u32 {
+        rooms: &mut [E],
+        active: &[usize],
+        actions: &[Action],
+    ) -> Result<Vec<Step>, TrainingError> {
+        let planning_steps = self.learner.settings.planning_steps;
+        let mut finished: Option<Vec<Step>> = None;
+        while self.updates_made() < planning_steps * active.len() {
             let before = self.learner.replay_random.clone();
-            let is_drawn = self.learner.draw(finished.is_none());
-            let needs_newest = is_drawn && self.learner.batch().contains(&newest);
-            if needs_newest && finished.is_none() {
-                let step = room.finish_step().inspect_err(|_| {
+            let more = if finished.is_none() { active.len() } else { 0 };
+            let is_drawn = self.learner.draw(more);
+            if is_drawn && finished.is_none() && self.learner.batch_needs_next(more) {
+                let steps = finish_steps(rooms, active).inspect_err(|_| {
                     // The update was not made: made later, it must be the same one.
                     self.learner.replay_random = before;
                 })?;
-                self.learner.remember(action, step.reward, step.terminated, &step.image);
-                finished = Some(step);
+                self.remember(active, actions, &steps);
+                finished = Some(steps);
             }
             if is_drawn {
-                self.update()?;
+                self.update(active[self.updates_made() / planning_steps])?;
             }
-            if let Some(begun) = &mut self.progress.current.begun {
+            if let Some(begun) = &mut self.progress.begun {
                 begun.updates += 1;
             }
         }
         match finished {
-            Some(step) => Ok(step),
+            Some(steps) => Ok(steps),
             None => {
-                let step = room.finish_step()?;
-                self.learner.remember(action, step.reward, step.terminated, &step.image);
-                Ok(step)
+                let steps = finish_steps(rooms, active)?;
+                self.remember(active, actions, &steps);
+                Ok(steps)
             }
         }
     }
 
-    fn updates_made(&self) -> u32 {
-        self.progress.current.begun.map_or(0, |begun| begun.updates)
+    fn remember(&mut self, active: &[usize], actions: &[Action], steps: &[Step]) {
+        for ((index, action), step) in active.iter().zip(actions).zip(steps) {
+            let current = self.progress.current[*index].as_mut();
+            // It is there, and has an image, since the room was reset.
+            if let Some(image) = current.and_then(|current| current.image.as_mut()) {
+                let Step { reward, terminated, image: next, .. } = step;
+                *image = self.learner.remember(*image, *action, *reward, *terminated, next);
+            }
+        }
     }
 
-    fn update(&mut self) -> Result<(), TrainingError> {
+    fn updates_made(&self) -> usize {
+        self.progress.begun.as_ref().map_or(0, |begun| begun.updates as usize)
+    }
+
+    /// An update, on account of the episode in a room.
+    fn update(&mut self, room: usize) -> Result<(), TrainingError> {
         let started = Instant::now();
         let loss = self.learner.update();
         if !loss.is_finite() {
@@ -283,24 +381,44 @@ impl Training {
         }
         self.progress.updates += 1;
         self.progress.update_time += started.elapsed();
-        self.progress.current.loss_sum += f64::from(loss);
-        self.progress.current.losses += 1;
+        if let Some(current) = &mut self.progress.current[room] {
+            current.loss_sum += f64::from(loss);
+            current.losses += 1;
+        }
         Ok(())
     }
 
-    fn finish_episode(&mut self, epsilon: f64, terminated: bool) {
-        let current = std::mem::take(&mut self.progress.current);
+    fn record(&mut self, ended: CurrentEpisode, terminated: bool) {
         let record = EpisodeRecord {
-            episode: self.episode(),
-            steps: current.actions.len() as u32,
-            episode_return: current.episode_return,
-            epsilon,
-            loss: (current.losses > 0).then(|| current.loss_sum / f64::from(current.losses)),
-            blocked: current.blocked,
+            episode: ended.episode,
+            steps: ended.actions.len() as u32,
+            episode_return: ended.episode_return,
+            epsilon: self.epsilon_of(ended.episode),
+            loss: (ended.losses > 0).then(|| ended.loss_sum / f64::from(ended.losses)),
+            blocked: ended.blocked,
             terminated,
         };
         self.progress.records.push(record);
     }
+}
+
+impl Progress {
+    /// Takes the next episode that no room has begun, if there is one.
+    fn next_episode(&mut self, episodes: u32) -> Option<CurrentEpisode> {
+        (self.next_episode < episodes).then(|| {
+            let episode = self.next_episode;
+            self.next_episode += 1;
+            CurrentEpisode { episode, ..CurrentEpisode::default() }
+        })
+    }
+}
+
+/// The ends of the steps of all rooms, or none: an error must leave no half of them behind.
+fn finish_steps<E: Environment>(
+    rooms: &mut [E],
+    active: &[usize],
+) -> Result<Vec<Step>, EnvironmentError> {
+    active.iter().map(|index| rooms[*index].finish_step()).collect()
 }
 
 /// An action of a checkpoint.

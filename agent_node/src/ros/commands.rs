@@ -45,6 +45,8 @@ use crate::{
 const LARGEST_SEED: u64 = (1 << 53) - 1;
 /// A checkpoint holds a record of each episode in a header that is limited to 100 MB.
 const MOST_EPISODES: u64 = 100_000;
+/// More would be more participants than a DDS domain takes on one machine.
+const MOST_SIMULATORS: u64 = 64;
 /// How long to wait for the simulator's parameters, which are only for the record.
 const PARAMETER_DEADLINE: Duration = Duration::from_secs(10);
 /// Images that the report shows.
@@ -65,11 +67,19 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
     let parameters = node.parameters().clone();
     let (preset, settings) = model_settings(&parameters, &Defaults::default())?;
     let settings = training_settings(&parameters, settings)?;
+    let simulators = count(
+        &parameters,
+        "simulators",
+        1,
+        1..=MOST_SIMULATORS,
+        "how many simulators to learn in at once; several stand in the namespaces sim0, sim1, ...",
+    )? as usize;
     let plan = Plan {
         scenario: scenario(&parameters, &Defaults::default())?,
         episodes: count(&parameters, "episodes", 1000, 1..=MOST_EPISODES, "training episodes")?
             as u32,
         seed: count(&parameters, "seed", 0, 0..=LARGEST_SEED, "the run is a function of it")?,
+        rooms: simulators,
     };
     let default_out = format!("runs/{}-{preset}-seed{}", plan.scenario, plan.seed);
     let out = declare(&parameters, "out", default_out, "the directory of the run's files")?;
@@ -82,7 +92,11 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
         "episodes between two checkpoints; one is also saved at the end and on Ctrl-C",
     )? as u32;
     let test = TestParameters::declare(&parameters, "evaluation_episodes", "evaluation_seed", 0)?;
-    let common = Common::declare(&mut node)?;
+    let namespaces: Vec<String> = match simulators {
+        1 => vec![String::new()],
+        _ => (0..simulators).map(|index| format!("sim{index}")).collect(),
+    };
+    let common = Common::declare(&mut node, &namespaces[0])?;
     node.start_parameter_services()?;
 
     let out = Path::new(&out);
@@ -107,21 +121,31 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
     directory.write_config(&config)?;
 
     let statuses = node.create_publisher("training_status", reliable(10))?;
-    let connection = Connection::new(&mut node)?;
-    let Some(mut room) = connect(&node, connection, common.deadline)? else {
-        return Ok(node.shutdown().check()?);
-    };
+    let connections = namespaces.iter().map(|namespace| Connection::new(&mut node, namespace));
+    let connections = connections.collect::<Result<Vec<_>, _>>()?;
+    let mut rooms = Vec::new();
+    for connection in connections {
+        match connect(&node, connection, common.deadline)? {
+            Some(room) => rooms.push(room),
+            None => return Ok(node.shutdown().check()?),
+        }
+    }
     let mut listener = TrainingListener {
         console: Console::new("training", training.plan.episodes, training.episode()),
         board: TensorBoard::create(&directory.file("tensorboard"), training.episode())?,
         saver: Saver::start(&directory)?,
         statuses,
         checkpoint_interval,
+        done: training.episode(),
     };
-    let outcome = std::thread::scope(|scope| {
-        let mut room = Background::start(scope, &mut room).context("no thread for the room")?;
-        training.run(&mut room, &mut listener)
-    });
+    let outcome = match rooms.as_mut_slice() {
+        [room] => std::thread::scope(|scope| {
+            let mut room = [Background::start(scope, room).context("no thread for the room")?];
+            training.run(&mut room, &mut listener)
+        }),
+        // With several there is enough to do while each of them works.
+        rooms => training.run(rooms, &mut listener),
+    };
     drop(listener);
     let (episode, path) = (training.episode(), out.display());
     match outcome {
@@ -166,7 +190,8 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
     if test.episodes > 0 {
         let plan = test.plan(&training.plan.scenario);
         let mut policy = Policy::new(&training.learner().network().network()?)?;
-        let Some(tested) = run_and_sum_up(&plan, &mut policy, &mut room, oracle.as_ref())? else {
+        let room = &mut rooms[0];
+        let Some(tested) = run_and_sum_up(&plan, &mut policy, room, oracle.as_ref())? else {
             info!("stopped before the end of the test; the training is complete");
             return Ok(node.shutdown().check()?);
         };
@@ -201,12 +226,12 @@ pub fn evaluate(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<
     let test = TestParameters::declare(&parameters, "episodes", "seed", 1)?;
     let default_out = model.display().to_string();
     let out = declare(&parameters, "out", default_out, "the directory of evaluation.json")?;
-    let common = Common::declare(&mut node)?;
+    let common = Common::declare(&mut node, "")?;
     node.start_parameter_services()?;
 
     let mut policy = Policy::new(&load_model(&model.join(RunDirectory::MODEL), &settings)?)?;
     let directory = RunDirectory::open(Path::new(&out))?;
-    let connection = Connection::new(&mut node)?;
+    let connection = Connection::new(&mut node, "")?;
     let Some(mut room) = connect(&node, connection, common.deadline)? else {
         return Ok(node.shutdown().check()?);
     };
@@ -226,7 +251,8 @@ struct Common {
 }
 
 impl Common {
-    fn declare(node: &mut Node) -> anyhow::Result<Common> {
+    /// `namespace` is that of the simulator whose parameters are recorded.
+    fn declare(node: &mut Node, namespace: &str) -> anyhow::Result<Common> {
         let parameters = node.parameters().clone();
         let deadline = parameters.declare(
             "simulator_timeout",
@@ -236,8 +262,11 @@ impl Common {
             )
             .range(0.0..=1e6),
         )?;
-        let simulator =
-            declare(&parameters, "simulator", "sim_node".to_owned(), "the simulator's node")?;
+        let default = match namespace {
+            "" => "sim_node".to_owned(),
+            namespace => format!("{namespace}/sim_node"),
+        };
+        let simulator = declare(&parameters, "simulator", default, "the simulator's node")?;
         declare(&parameters, "use_sim_time", false, "ROS's switch for simulated time")?;
         parameters.refuse_undeclared()?;
         Ok(Common {
@@ -378,16 +407,17 @@ struct TrainingListener {
     saver: Saver,
     statuses: Publisher<TrainingStatus>,
     checkpoint_interval: u32,
+    /// Episodes that were told of.
+    done: u32,
 }
 
 impl Listener for TrainingListener {
-    fn episode(&mut self, training: &Training) -> anyhow::Result<()> {
-        if let Some(record) = training.progress.records.last() {
-            self.board.record(record, training.progress.total_steps)?;
-        }
-        publish_status(&self.statuses, training);
+    fn episode(&mut self, training: &Training, record: &EpisodeRecord) -> anyhow::Result<()> {
+        self.board.record(record, training.progress.total_steps)?;
+        publish_status(&self.statuses, training, record);
         self.console.training_episode(training);
-        let done = training.episode();
+        self.done += 1;
+        let done = self.done;
         if done.is_multiple_of(self.checkpoint_interval) && done < training.plan.episodes {
             self.saver.save(training)?;
         }

@@ -6,13 +6,14 @@ use evac_msgs::{Header, Time, TrainingStatus};
 use ros_runtime::Publisher;
 
 use super::console::recent_success;
-use crate::learning::training::Training;
+use crate::learning::{record::EpisodeRecord, training::Training};
 
 /// Publishes `training_status` after each episode.
-pub(super) fn publish_status(publisher: &Publisher<TrainingStatus>, training: &Training) {
-    let Some(record) = training.progress.records.last() else {
-        return;
-    };
+pub(super) fn publish_status(
+    publisher: &Publisher<TrainingStatus>,
+    training: &Training,
+    record: &EpisodeRecord,
+) {
     publisher.publish_with(|| TrainingStatus {
         header: Header { stamp: now(), ..Header::default() },
         episode: record.episode,

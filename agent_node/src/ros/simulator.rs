@@ -55,13 +55,18 @@ struct Episode {
 }
 
 impl Connection {
-    /// Makes the clients and publishers.
-    pub fn new(node: &mut Node) -> Result<Connection, NodeError> {
+    /// Makes the clients and publishers of a simulator in a namespace, which is relative to the
+    /// node's own; empty for that one.
+    pub fn new(node: &mut Node, namespace: &str) -> Result<Connection, NodeError> {
+        let name = |name: &str| match namespace {
+            "" => name.to_owned(),
+            namespace => format!("{namespace}/{name}"),
+        };
         Ok(Connection {
-            reset: node.create_client::<Reset>("reset")?,
-            step: node.create_client::<StepService>("step")?,
-            actions: node.create_publisher("action", reliable(1))?,
-            q_values: node.create_publisher("q_values", reliable(10))?,
+            reset: node.create_client::<Reset>(&name("reset"))?,
+            step: node.create_client::<StepService>(&name("step"))?,
+            actions: node.create_publisher(&name("action"), reliable(1))?,
+            q_values: node.create_publisher(&name("q_values"), reliable(10))?,
         })
     }
 }

@@ -89,14 +89,14 @@ fn the_update_is_candles_autograd_and_adam() {
             memory_capacity: 300,
             ..Preset::Paper.settings()
         };
-        let mut learner = DynaQ::new(settings.clone(), 4).unwrap();
+        let mut learner = DynaQ::new(settings.clone(), 4, 1).unwrap();
         let (train, target) = (network(&hidden, 5), network(&hidden, 6));
         learner.train.read(&train).unwrap();
         learner.target.read(&target).unwrap();
         remember_anything(&mut learner, 300);
         let mut reference = Reference::new(&train, target, &settings);
         for update in 0..300 {
-            assert!(learner.draw(false));
+            assert!(learner.draw(0));
             let expected = reference.update(&learner);
             let loss = learner.update();
             let error = (loss / expected - 1.0).abs();
@@ -121,7 +121,7 @@ fn the_update_is_the_same_on_every_processor() {
             memory_capacity: 100,
             ..Preset::Paper.settings()
         };
-        let mut learner = DynaQ::new(settings, 4).unwrap();
+        let mut learner = DynaQ::new(settings, 4, 1).unwrap();
         learner.train.read(&network(&[30, 65], 5)).unwrap();
         learner.train.arch = arch;
         learner.target.arch = arch;
@@ -180,11 +180,12 @@ fn remember_anything(learner: &mut DynaQ, count: usize) {
         let bytes: Vec<u8> = (0..Image::BYTES).map(|_| random.random()).collect();
         Image::try_from(bytes.as_slice()).unwrap()
     };
-    learner.begin_episode(&image());
+    let mut state = learner.begin_episode(&image());
     for number in 0..count {
         let action = ((number * 5) % 7) as u8;
         let reward = -0.1 * (number % 3) as f32;
-        learner.remember(action.try_into().unwrap(), reward, number % 11 == 0, &image());
+        let (action, terminated) = (action.try_into().unwrap(), number % 11 == 0);
+        state = learner.remember(state, action, reward, terminated, &image());
     }
 }
 

@@ -74,13 +74,17 @@ impl Environment for Toy {
 struct Silent;
 
 impl Listener for Silent {
-    fn episode(&mut self, _training: &Training) -> anyhow::Result<()> {
+    fn episode(&mut self, _training: &Training, _record: &EpisodeRecord) -> anyhow::Result<()> {
         Ok(())
     }
 }
 
-fn plan() -> Plan {
-    Plan { scenario: "toy".into(), episodes: 25, seed: 11 }
+fn plan(rooms: usize) -> Plan {
+    Plan { scenario: "toy".into(), episodes: 25, seed: 11, rooms }
+}
+
+fn toys(rooms: usize) -> Vec<Toy> {
+    (0..rooms).map(|_| Toy::new()).collect()
 }
 
 /// Settings in which the newest memory is drawn rarely, often and always, and several updates a step.
@@ -100,42 +104,73 @@ fn all_settings() -> Vec<Settings> {
     ]
 }
 
-/// The loop as the paper writes it: act, step, remember, update, one after the other.
+/// The loop as the paper writes it: act, step, remember, update, one after the other; with several
+/// rooms each of these in every room before the next.
 fn sequential(plan: &Plan, settings: &Settings) -> (u64, Vec<u8>) {
-    let mut learner = DynaQ::new(settings.clone(), plan.seed).unwrap();
-    let mut room = Toy::new();
+    let mut learner = DynaQ::new(settings.clone(), plan.seed, plan.rooms).unwrap();
+    let mut rooms = toys(plan.rooms);
+    let mut episodes = 0..plan.episodes;
+    // The episode, what is seen and its number in the memory.
+    let mut present: Vec<Option<(u32, Image, u64)>> = vec![None; plan.rooms];
     let mut steps = 0;
-    for episode in 0..plan.episodes {
-        let epsilon = settings.exploration.epsilon(episode, plan.episodes);
-        let seed = episode_seed(Purpose::Training, plan.seed, episode);
-        let mut state = room.reset(seed, &plan.scenario).unwrap();
-        learner.begin_episode(&state);
-        loop {
-            let decision = learner.act(&state, epsilon);
-            let step = room.step(&decision).unwrap();
-            steps += 1;
-            learner.remember(decision.action, step.reward, step.terminated, &step.image);
-            for _ in 0..settings.planning_steps {
-                learner.plan();
+    loop {
+        for (room, present) in rooms.iter_mut().zip(&mut present) {
+            if present.is_none()
+                && let Some(episode) = episodes.next()
+            {
+                let seed = episode_seed(Purpose::Training, plan.seed, episode);
+                let image = room.reset(seed, &plan.scenario).unwrap();
+                let number = learner.begin_episode(&image);
+                *present = Some((episode, image, number));
             }
-            if step.terminated || step.truncated {
-                break;
-            }
-            state = step.image;
         }
-        learner.end_episode();
+        if present.iter().all(Option::is_none) {
+            return (steps, model_bytes(learner.network()).unwrap());
+        }
+        let mut results = Vec::new();
+        for (room, present) in rooms.iter_mut().zip(&present) {
+            results.push(present.as_ref().map(|(episode, image, _)| {
+                let epsilon = settings.exploration.epsilon(*episode, plan.episodes);
+                let decision = learner.act(&[(image, epsilon)]).remove(0);
+                (decision.action, room.step(&decision).unwrap())
+            }));
+        }
+        let mut updates = 0;
+        for (present, result) in present.iter_mut().zip(&results) {
+            if let (Some((_, image, number)), Some((action, step))) = (present, result) {
+                steps += 1;
+                updates += settings.planning_steps;
+                let Step { reward, terminated, image: next, .. } = step;
+                *number = learner.remember(*number, *action, *reward, *terminated, next);
+                *image = next.clone();
+            }
+        }
+        for _ in 0..updates {
+            learner.plan();
+        }
+        for (present, result) in present.iter_mut().zip(results) {
+            if result.is_some_and(|(_, step)| step.terminated || step.truncated) {
+                learner.end_episode();
+                *present = None;
+            }
+        }
     }
-    (steps, model_bytes(learner.network()).unwrap())
 }
 
 #[test]
 fn updating_while_the_room_works_gives_the_result_of_the_sequential_loop() {
-    for settings in all_settings() {
-        let mut training = Training::new(plan(), settings.clone()).unwrap();
-        training.run(&mut Toy::new(), &mut Silent).unwrap();
-        let (steps, model) = sequential(&plan(), &settings);
-        assert_eq!(training.progress.total_steps, steps);
-        assert!(model_bytes(training.learner.network()).unwrap() == model, "{settings:?}");
+    for rooms in [1, 3] {
+        for settings in all_settings() {
+            let mut training = Training::new(plan(rooms), settings.clone()).unwrap();
+            training.run(&mut toys(rooms), &mut Silent).unwrap();
+            let (steps, model) = sequential(&plan(rooms), &settings);
+            assert_eq!(training.progress.total_steps, steps);
+            assert!(model_bytes(training.learner.network()).unwrap() == model, "{settings:?}");
+            let mut episodes: Vec<u32> =
+                training.progress.records.iter().map(|record| record.episode).collect();
+            episodes.sort_unstable();
+            assert!(episodes.into_iter().eq(0..25), "every episode once");
+        }
     }
 }
 
@@ -149,18 +184,24 @@ fn result(training: &Training) -> (Vec<EpisodeRecord>, u64, u64, Vec<u8>) {
 fn a_training_interrupted_anywhere_ends_as_one_that_was_not() {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("checkpoint.safetensors");
-    for settings in all_settings() {
-        let mut undisturbed = Training::new(plan(), settings.clone()).unwrap();
-        undisturbed.run(&mut Toy::new(), &mut Silent).unwrap();
+    for (rooms, chance) in [(1, 0.01), (3, 0.005)] {
+        for settings in all_settings() {
+            let mut undisturbed = Training::new(plan(rooms), settings.clone()).unwrap();
+            undisturbed.run(&mut toys(rooms), &mut Silent).unwrap();
 
-        let mut training = Training::new(plan(), settings.clone()).unwrap();
-        let mut interruptions = 0;
-        while training.run(&mut Toy::failing(interruptions, 0.01), &mut Silent).is_err() {
-            interruptions = interruptions.checked_add(1).expect("it gets ahead between two faults");
-            std::fs::write(&file, training.checkpoint_bytes().unwrap()).unwrap();
-            training = Training::load(&file, plan(), settings.clone()).unwrap();
+            let mut training = Training::new(plan(rooms), settings.clone()).unwrap();
+            let mut interruptions = 0u8;
+            let failing = |interruptions: u8| -> Vec<Toy> {
+                let room = |room: usize| Toy::failing(interruptions ^ (room as u8) << 6, chance);
+                (0..rooms).map(room).collect()
+            };
+            while training.run(&mut failing(interruptions), &mut Silent).is_err() {
+                interruptions = interruptions.checked_add(1).expect("it gets ahead between faults");
+                std::fs::write(&file, training.checkpoint_bytes().unwrap()).unwrap();
+                training = Training::load(&file, plan(rooms), settings.clone()).unwrap();
+            }
+            assert!(interruptions > 3, "only {interruptions} interruptions");
+            assert!(result(&training) == result(&undisturbed), "{rooms} rooms, {settings:?}");
         }
-        assert!(interruptions > 3, "only {interruptions} interruptions");
-        assert!(result(&training) == result(&undisturbed), "{settings:?}");
     }
 }

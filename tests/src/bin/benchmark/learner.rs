@@ -3,7 +3,7 @@
 use std::{num::NonZeroU64, time::Instant};
 
 use agent_node::{
-    environment::Environment,
+    environment::{Environment, Step},
     learning::{
         action::Action,
         dyna_q::DynaQ,
@@ -41,7 +41,7 @@ pub fn measure() -> anyhow::Result<Vec<LearnerFigures>> {
 
 fn measure_preset(preset: Preset) -> anyhow::Result<LearnerFigures> {
     let settings = preset.settings();
-    let mut learner = DynaQ::new(settings.clone(), 0)?;
+    let mut learner = DynaQ::new(settings.clone(), 0, 1)?;
     let image = fill_memory(&mut learner, settings.memory_capacity)?;
     let (mut sgemm, mut update, mut inference) = (Vec::new(), Vec::new(), Vec::new());
     let matrix = Tensor::rand(-1f32, 1f32, (1024, 1024), &Device::Cpu)?;
@@ -57,7 +57,7 @@ fn measure_preset(preset: Preset) -> anyhow::Result<LearnerFigures> {
         }
         let started = Instant::now();
         for _ in 0..INFERENCES_A_ROUND {
-            std::hint::black_box(learner.act(&image, 0.0));
+            std::hint::black_box(learner.act(&[(&image, 0.0)]));
         }
         inference.push(started.elapsed().as_secs_f64() * 1e6 / INFERENCES_A_ROUND as f64);
     }
@@ -89,16 +89,17 @@ fn fill_memory(learner: &mut DynaQ, count: usize) -> anyhow::Result<Image> {
     let mut room = Room::new(WorldSettings::default());
     let mut seed = NonZeroU64::MIN;
     let mut image = room.reset(seed, "empty")?;
-    learner.begin_episode(&image);
+    let mut state = learner.begin_episode(&image);
     for _ in 0..count {
-        let decision = learner.act(&image, 1.0);
+        let decision = learner.act(&[(&image, 1.0)]).remove(0);
         let step = room.step(&decision)?;
-        learner.remember(decision.action, step.reward, step.terminated, &step.image);
+        let Step { reward, terminated, .. } = step;
+        state = learner.remember(state, decision.action, reward, terminated, &step.image);
         image = step.image;
         if step.terminated || step.truncated {
             seed = seed.saturating_add(1);
             image = room.reset(seed, "empty")?;
-            learner.begin_episode(&image);
+            state = learner.begin_episode(&image);
         }
     }
     Ok(image)

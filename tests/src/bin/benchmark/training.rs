@@ -3,6 +3,7 @@
 use std::{fs, time::Duration};
 
 use agent_node::learning::{
+    record::EpisodeRecord,
     settings::Preset,
     training::{Listener, Plan, Training},
 };
@@ -29,15 +30,15 @@ pub struct TrainingFigures {
 struct Silent;
 
 impl Listener for Silent {
-    fn episode(&mut self, _training: &Training) -> anyhow::Result<()> {
+    fn episode(&mut self, _training: &Training, _record: &EpisodeRecord) -> anyhow::Result<()> {
         Ok(())
     }
 }
 
 pub fn measure() -> anyhow::Result<TrainingFigures> {
-    let plan = Plan { scenario: "empty".into(), episodes: EPISODES, seed: 0 };
+    let plan = Plan { scenario: "empty".into(), episodes: EPISODES, seed: 0, rooms: 1 };
     let mut training = Training::new(plan, Preset::Paper.settings())?;
-    training.run(&mut Room::new(WorldSettings::default()), &mut Silent)?;
+    training.run(&mut [Room::new(WorldSettings::default())], &mut Silent)?;
 
     let mut nodes = Nodes::new();
     let out = nodes.path("run");

@@ -1,0 +1,48 @@
+#!/usr/bin/env bash
+# Measures learner, simulator and network beside their rulers: a table, and the figures as JSON.
+#
+#   launch_scripts/bench.sh [--out FILE] [--peers]
+#
+#   --out FILE   where the figures go (default: bench.json)
+#   --peers      measures other people's software in the same run: PyTorch, Stable-Baselines3 and
+#                CycloneDDS from PyPI, and CycloneDDS's ddsperf where it is on the PATH (Debian:
+#                cyclonedds-tools)
+#
+# Without the peers it takes about two minutes. They go into a virtual environment, .venv-bench in
+# the repository: some 5 GB to download, because PyTorch's package brings CUDA along. Nothing else
+# should run meanwhile.
+
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/nodes.sh"
+
+out=bench.json peers=false
+while [[ $# -gt 0 ]]; do
+    case "$1" in
+        --out) need_value "$@" && out=$2 && shift 2 ;;
+        --peers) peers=true && shift ;;
+        -h | --help) usage && exit 0 ;;
+        *) fail "unknown option '$1'; see --help" ;;
+    esac
+done
+
+arguments=(--out "$out")
+if "$peers"; then
+    command -v python3 >/dev/null ||
+        fail "there is no python3, which the peers need: install Python 3.11 or later"
+    requirements=$root/tests/peers/benchmark/requirements.txt
+    environment=$root/.venv-bench
+    if ! cmp --silent "$requirements" "$environment/requirements.txt"; then
+        python3 -m venv "$environment" ||
+            fail "python3 cannot make virtual environments: install its venv (Debian: python3-venv)"
+        "$environment/bin/python" -m pip install --quiet --requirement "$requirements"
+        # What is installed, so that the next run need not ask.
+        cp "$requirements" "$environment/requirements.txt"
+    fi
+    arguments+=(--peers "$environment/bin/python")
+fi
+
+build_nodes
+# Not in one with the nodes, which would then be built for both of its own features and theirs.
+(cd "$root" && cargo build --release --locked --package evac_tests)
+# candle's matrix product, which the update is measured by, on one thread.
+RAYON_NUM_THREADS=1 "$bin/benchmark" "${arguments[@]}"
