@@ -137,6 +137,7 @@ impl DynaQ {
     pub(super) fn update(&mut self) -> f32 {
         let batch = &self.batch;
         let (memory, activations) = (&self.memory, &mut self.batch_activations);
+        memory.fetch(batch);
         let experiences = || batch.iter().map(|index| memory.get(*index));
         activations
             .read_images(experiences().map(|experience| memory.image(experience.next_state)));

@@ -148,6 +148,21 @@ impl ReplayMemory {
         &self.images[self.slot(number)]
     }
 
+    /// Fetches the images of a batch from main memory, all at once, which takes the time of a few:
+    /// when they are converted one after the other, each would have to be waited for.
+    pub fn fetch(&self, batch: &[usize]) {
+        const CACHE_LINE: usize = 64;
+        let mut sum = 0u8;
+        for index in batch {
+            let experience = self.get(*index);
+            for number in [experience.next_state, experience.state] {
+                let lines = self.image(number).iter().step_by(CACHE_LINE);
+                sum = lines.fold(sum, |sum, byte| sum.wrapping_add(*byte));
+            }
+        }
+        std::hint::black_box(sum);
+    }
+
     /// The experiences, the oldest first.
     pub fn oldest_first(&self) -> impl Iterator<Item = Experience> + '_ {
         let (newer, older) = self.experiences.split_at(self.oldest);
