@@ -8,9 +8,9 @@
 #                CycloneDDS from PyPI, and CycloneDDS's ddsperf where it is on the PATH (Debian:
 #                cyclonedds-tools)
 #
-# Without the peers it takes about two minutes. They go into a virtual environment, .venv-bench in
-# the repository: some 5 GB to download, because PyTorch's package brings CUDA along. Nothing else
-# should run meanwhile.
+# The peers from PyPI go into a virtual environment, .venv-bench in the repository: some 5 GB, because
+# PyTorch's package brings CUDA along. A run takes one or two minutes, in which nothing else should
+# run on the machine.
 
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/nodes.sh"

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
 
-use self::report::Report;
+use self::{peers::PeerFigures, report::Report};
 
 /// Measures learner, simulator and network beside their rulers, as a table and as JSON.
 #[derive(Parser)]
@@ -45,25 +45,32 @@ fn main() -> anyhow::Result<()> {
         Some(OtherSide::PlainServer) => return round_trip::plain_server(),
         None => {}
     }
-    if std::env::var_os("RTT").is_some() {
-        let r = round_trip::measure()?;
-        for p in [&r.udp, &r.plain, &r.step] {
-            println!("{:.0} {:.0} {:.0}", p.p50, p.p99, p.p999);
-        }
-        println!("ratio {:.2}, p999/p50 {:.1}", r.step.p50 / r.plain.p50, r.step.p999 / r.step.p50);
-        return Ok(());
-    }
+    // candle's matrix product, the ruler of the update, takes as many threads as this says.
+    let threads = std::env::var("RAYON_NUM_THREADS").unwrap_or_default();
+    anyhow::ensure!(
+        threads == "1",
+        "RAYON_NUM_THREADS is '{threads}', and the ruler is one thread: use launch_scripts/bench.sh"
+    );
     let report = Report {
-        room: room::measure()?,
-        learner: learner::measure()?,
-        round_trip: round_trip::measure()?,
-        training: training::measure()?,
-        peers: peers::measure(command_line.peers.as_deref())?,
+        room: part("the simulator", room::measure)?,
+        learner: part("the learner", learner::measure)?,
+        round_trip: part("round trips over the network", round_trip::measure)?,
+        training: part("whole trainings, in one process and over DDS", training::measure)?,
+        peers: match &command_line.peers {
+            Some(python) => part("the peers", || peers::measure(python))?,
+            None => PeerFigures::default(),
+        },
     };
     print!("{}", report.table());
     std::fs::write(&command_line.out, report.json()?)?;
     println!("\nThe figures are in {}.", command_line.out.display());
     Ok(())
+}
+
+/// Measures a part, and says so.
+fn part<T>(name: &str, measure: impl FnOnce() -> anyhow::Result<T>) -> anyhow::Result<T> {
+    eprintln!("measuring {name} ...");
+    measure()
 }
 
 /// The value below which a share of the values lies.

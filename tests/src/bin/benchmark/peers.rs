@@ -17,10 +17,8 @@ pub struct PeerFigures {
     pub ddsperf_rtt_us: Option<f64>,
 }
 
-pub fn measure(python: Option<&Path>) -> anyhow::Result<PeerFigures> {
-    let Some(python) = python else {
-        return Ok(PeerFigures::default());
-    };
+/// Runs the peers by a Python that has their packages.
+pub fn measure(python: &Path) -> anyhow::Result<PeerFigures> {
     let nodes = Nodes::new();
     let run = |script: &str| {
         let path = repository().join("tests/peers/benchmark").join(script);
