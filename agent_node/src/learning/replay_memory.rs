@@ -122,7 +122,11 @@ impl ReplayMemory {
         for place in 0..batch.len() {
             let last = first + place;
             let index = random.random_range(0..=last);
-            batch[place] = if batch[..place].contains(&index) { last } else { index };
+            // As in rand's own, whose draws have no order either.
+            if let Some(taken) = batch[..place].iter_mut().find(|taken| **taken == index) {
+                *taken = last;
+            }
+            batch[place] = index;
         }
         true
     }
