@@ -80,7 +80,9 @@ fn the_weights_pass_through_unchanged() {
     }
 }
 
-/// Hundreds of updates beside candle's autograd and candle-nn's Adam.
+/// Hundreds of updates beside candle's autograd and candle-nn's Adam. Each begins from the same
+/// weights: from then on a rounding error may decide on which side of 0 a ReLU is, and two correct
+/// trainings part. Adam's moments are each one's own all the way.
 #[test]
 fn the_update_is_candles_autograd_and_adam() {
     for hidden in shapes() {
@@ -100,14 +102,15 @@ fn the_update_is_candles_autograd_and_adam() {
             let expected = reference.update(&learner);
             let loss = learner.update();
             let error = (loss / expected - 1.0).abs();
-            assert!(error < 1e-4, "{hidden:?}, update {update}: {loss}, candle {expected}");
-        }
-        let ours = learner.train.network().unwrap();
-        for ((name, ours), theirs) in ours.tensors().zip(&reference.variables) {
-            let difference = (ours - theirs.as_tensor()).unwrap().abs().unwrap();
-            let mean: f32 = difference.mean_all().unwrap().to_scalar().unwrap();
-            // 300 updates of about 1e-4 each move a weight by up to 0.03.
-            assert!(mean < 1e-6, "{hidden:?}, {name}: differs by {mean} in the mean");
+            assert!(error < 1e-5, "{hidden:?}, update {update}: {loss}, candle {expected}");
+            let ours = learner.train.network().unwrap();
+            for ((name, ours), theirs) in ours.tensors().zip(&reference.variables) {
+                let difference = (ours - theirs.as_tensor()).unwrap().abs().unwrap();
+                let mean: f32 = difference.mean_all().unwrap().to_scalar().unwrap();
+                // An update moves a weight by up to 1e-4.
+                assert!(mean < 1e-8, "{hidden:?}, update {update}, {name}: off by {mean}");
+                theirs.set(ours).unwrap();
+            }
         }
     }
 }
