@@ -66,7 +66,7 @@ impl Saver {
     }
 
     /// Waits until everything is written.
-    pub fn finish(&mut self) -> anyhow::Result<()> {
+    fn finish(&mut self) -> anyhow::Result<()> {
         self.snapshots = None;
         let written = self.thread.take().map(JoinHandle::join);
         written
@@ -77,7 +77,7 @@ impl Saver {
 
 impl Drop for Saver {
     fn drop(&mut self) {
-        // Whoever wants to know of errors has called it before.
+        // The training's last snapshot is written after this, and meets the same errors.
         let _ = self.finish();
     }
 }

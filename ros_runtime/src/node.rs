@@ -177,9 +177,12 @@ impl Node {
     ) -> Result<ServiceClient<S>, NodeError> {
         let name = self.naming.resolve(service)?;
         let client = create_client::<S>(&self.node, &name).map_err(endpoint(&name))?;
-        let servers = self.graph.readers(&request_topic(&name));
+        // As rmw names it.
+        let request_topic = format!("rq{name}Request");
+        let servers = self.graph.readers(&request_topic);
         Ok(ServiceClient {
             name,
+            request_topic,
             client: Mutex::new(Arc::new(client)),
             node: self.node.clone(),
             servers,
@@ -251,11 +254,6 @@ impl Drop for Node {
     }
 }
 
-/// The DDS topic of a service's requests, as rmw names it.
-fn request_topic(service: &str) -> String {
-    format!("rq{service}Request")
-}
-
 fn endpoint<E: std::fmt::Display>(what: &str) -> impl FnOnce(E) -> NodeError {
     let what = what.to_owned();
     move |error| NodeError::Endpoint { what, reason: error.to_string() }
@@ -277,8 +275,8 @@ impl<M: RosMessage> Publisher<M> {
 
     /// Whether anybody else reads the topic than the nodes that serve a service.
     pub fn has_readers_besides<S: RosService>(&self, servers: &ServiceClient<S>) -> bool {
-        let topic = request_topic(servers.name());
-        self.has_readers() && self.graph.matches_besides(self.publisher.guid(), &topic)
+        let guid = self.publisher.guid();
+        self.has_readers() && self.graph.matches_besides(guid, &servers.request_topic)
     }
 
     /// Publishes the message that the function makes; it is not made if nobody reads.

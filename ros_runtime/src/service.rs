@@ -64,6 +64,8 @@ pub enum CallError {
 /// The client of a service.
 pub struct ServiceClient<S: RosService> {
     pub(crate) name: String,
+    /// The DDS topic of the requests.
+    pub(crate) request_topic: String,
     /// Made anew where the send window is full.
     pub(crate) client: Mutex<Arc<Client<S::Request, S::Response>>>,
     pub(crate) node: SharedNode,

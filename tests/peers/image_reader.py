@@ -11,6 +11,7 @@ import os
 import sys
 import time
 from itertools import pairwise
+from pathlib import Path
 
 from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState, WaitSet
 from cyclonedds.domain import Domain, DomainParticipant
@@ -21,21 +22,7 @@ from cyclonedds.util import duration
 
 from ros_types import Image
 
-# What ROS 2's own CycloneDDS does for ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST: nothing leaves this
-# machine, and participants find each other at the well-known unicast ports of loopback.
-LOOPBACK_ONLY = """
-<CycloneDDS><Domain Id="any">
-  <General>
-    <Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces>
-    <AllowMulticast>false</AllowMulticast>
-  </General>
-  <Discovery>
-    <ParticipantIndex>auto</ParticipantIndex>
-    <MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>
-    <Peers><Peer address="127.0.0.1"/></Peers>
-  </Discovery>
-</Domain></CycloneDDS>
-"""
+LOOPBACK_ONLY = Path(__file__).with_name("loopback.xml").read_text()
 
 
 def read_images(

@@ -43,7 +43,7 @@ pub struct DynaQ {
     activations: Activations,
     batch_activations: Activations,
     /// The indices of the batch that was drawn last.
-    batch: Vec<usize>,
+    pub(super) batch: Vec<usize>,
     /// `R + gamma max_a' Q(s', a'; w_target)` for each experience of it.
     targets: Vec<f32>,
 }
@@ -123,12 +123,6 @@ impl DynaQ {
     /// Whether the batch needs one of the next experiences, so many of them.
     pub(super) fn batch_needs_next(&self, more: usize) -> bool {
         self.batch.iter().any(|index| self.memory.is_among_next(*index, more))
-    }
-
-    /// The indices of the experiences that were drawn last.
-    #[cfg(test)]
-    pub(super) fn batch(&self) -> &[usize] {
-        &self.batch
     }
 
     /// One update of the training network from the batch that was drawn. Returns the loss, the mean

@@ -143,11 +143,6 @@ impl Training {
         self.progress.records.len() as u32
     }
 
-    /// The exploration probability of the present episode.
-    pub fn epsilon(&self) -> f64 {
-        self.epsilon_of(self.episode())
-    }
-
     fn epsilon_of(&self, episode: u32) -> f64 {
         self.learner.settings.exploration.epsilon(episode, self.plan.episodes)
     }
@@ -199,9 +194,8 @@ impl Training {
         rooms: &mut [E],
         states: &[Option<Image>],
     ) -> Result<(), TrainingError> {
-        let waiting = rooms.iter_mut().zip(states).zip(&self.progress.current);
-        for ((room, _), current) in waiting.filter(|((_, state), _)| state.is_none()) {
-            if let Some(current) = current {
+        for ((room, state), current) in rooms.iter_mut().zip(states).zip(&self.progress.current) {
+            if let (None, Some(current)) = (state, current) {
                 room.begin_reset(self.seed_of(current.episode), &self.plan.scenario)?;
             }
         }
@@ -219,12 +213,9 @@ impl Training {
         states: &mut [Option<Image>],
     ) -> Result<(), TrainingError> {
         for (index, (room, state)) in rooms.iter_mut().zip(states).enumerate() {
-            let Some(current) = &self.progress.current[index] else {
+            let (None, Some(current)) = (&state, &self.progress.current[index]) else {
                 continue;
             };
-            if state.is_some() {
-                continue;
-            }
             let seed = self.seed_of(current.episode);
             let mut image = room.finish_reset()?;
             // An interrupted episode: the room is brought back to where it was.
@@ -281,10 +272,9 @@ impl Training {
         self.progress.begun.get_or_insert(BegunStep { actions: indices, updates: 0 });
         // then transitions to s_t+1 and receives R_t+1. Experience replay is performed every time
         // the agent takes a step: it begins while the room is at work.
-        let active = |current: &[Option<CurrentEpisode>]| -> Vec<usize> {
-            (0..current.len()).filter(|index| current[*index].is_some()).collect()
-        };
-        let active = active(&self.progress.current);
+        let current = &self.progress.current;
+        let active: Vec<usize> =
+            (0..current.len()).filter(|index| current[*index].is_some()).collect();
         for (index, decision) in active.iter().zip(&decisions) {
             rooms[*index].begin_step(decision)?;
         }

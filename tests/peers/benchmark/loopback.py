@@ -4,22 +4,9 @@ import os
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
-# As ROS 2 configures CycloneDDS for ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST: nothing leaves this
-# machine, and participants find each other at the well-known unicast ports of loopback.
-LOOPBACK_ONLY = """
-<CycloneDDS><Domain Id="any">
-  <General>
-    <Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces>
-    <AllowMulticast>false</AllowMulticast>
-  </General>
-  <Discovery>
-    <ParticipantIndex>auto</ParticipantIndex>
-    <MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>
-    <Peers><Peer address="127.0.0.1"/></Peers>
-  </Discovery>
-</Domain></CycloneDDS>
-"""
+LOOPBACK_ONLY = Path(__file__).parent.with_name("loopback.xml").read_text()
 
 
 def default_domain() -> int:

@@ -1,11 +1,11 @@
 //! Adam (Kingma and Ba, 2017, algorithm 1), fused with the gradient that it takes.
 
-use pulp::{Simd, WithSimd};
+use pulp::Simd;
 
 use super::{
     Activations, Perceptron,
     layer::{Finish, Floats, Layer, Product, zeros},
-    tile::{LANES, Tiled, add_products, for_each_tile, take, vectors, vectors_mut},
+    tile::{Tiled, add_products, compute, take, vectors, vectors_mut},
 };
 
 /// The optimizer of a network: it works out the gradients of the weights, layer by layer from the
@@ -58,7 +58,7 @@ impl Adam {
         epsilon: f64,
     ) -> Adam {
         let widest = network.layers.iter().map(Layer::width).max().unwrap_or(0);
-        let weights = |layer: &Layer| layer.outputs * layer.inputs.next_multiple_of(LANES);
+        let weights = |layer: &Layer| layer.outputs * layer.input_width();
         let most_weights = network.layers.iter().skip(1).map(weights).max().unwrap_or(0);
         Adam {
             learning_rate,
@@ -89,16 +89,17 @@ impl Adam {
         let batch = self.ones.len();
         for index in (0..network.layers.len()).rev() {
             let layer = &mut network.layers[index];
+            let (inputs, width) = (layer.inputs, layer.width());
             let [gradient, input_gradient] = &mut self.gradients;
             let (input, input_stride) = match index {
-                0 => (&activations.inputs, layer.inputs),
-                _ => (&activations.outputs[index - 1], layer.inputs.next_multiple_of(LANES)),
+                0 => (&activations.inputs, inputs),
+                _ => (&activations.outputs[index - 1], layer.input_width()),
             };
             if index > 0 {
                 arch.dispatch(|| layer.transpose(&mut self.transposed));
-                arch.dispatch(Product {
+                let product = Product {
                     left: gradient,
-                    left_stride: layer.width(),
+                    left_stride: width,
                     rows: batch,
                     right: &self.transposed,
                     terms: layer.outputs,
@@ -106,35 +107,38 @@ impl Adam {
                     product: input_gradient,
                     width: input_stride,
                     finish: Finish::WherePositive(input),
-                });
+                };
+                compute(arch, product);
             }
+            let gradient = &gradient[..batch * width];
             let (first, second) = (&mut self.first.layers[index], &mut self.second.layers[index]);
-            let biases = layer.inputs * layer.width();
-            let (weights, bias) = layer.parameters.split_at_mut(biases);
-            let (first, first_bias) = first.parameters.split_at_mut(biases);
-            let (second, second_bias) = second.parameters.split_at_mut(biases);
-            let gradient = &gradient[..batch * layer.outputs.next_multiple_of(LANES)];
-            let descent = Descent {
+            let (weights, bias) = layer.parameters.split_at_mut(inputs * width);
+            let (first, first_bias) = first.parameters.split_at_mut(inputs * width);
+            let (second, second_bias) = second.parameters.split_at_mut(inputs * width);
+            let of_weights = Descent {
                 input,
                 input_stride,
-                inputs: layer.inputs,
+                inputs,
                 gradient,
+                width,
                 parameters: weights,
                 first,
                 second,
                 rates,
             };
-            arch.dispatch(descent);
-            arch.dispatch(Descent {
+            compute(arch, of_weights);
+            let of_biases = Descent {
                 input: &self.ones,
                 input_stride: 1,
                 inputs: 1,
                 gradient,
+                width,
                 parameters: bias,
                 first: first_bias,
                 second: second_bias,
                 rates,
-            });
+            };
+            compute(arch, of_biases);
             self.gradients.swap(0, 1);
         }
     }
@@ -161,6 +165,7 @@ struct Descent<'a> {
     inputs: usize,
     /// `[batch, width]`
     gradient: &'a [f32],
+    width: usize,
     /// `[inputs, width]`
     parameters: &'a mut [f32],
     /// `[inputs, width]`
@@ -170,41 +175,22 @@ struct Descent<'a> {
     rates: Rates,
 }
 
-impl WithSimd for Descent<'_> {
-    type Output = ();
-
-    fn with_simd<S: Simd>(self, simd: S) {
-        let columns = self.parameters.len() / self.inputs / S::F32_LANES;
-        let mut tiles = DescentTiles::<S> {
-            input: self.input,
-            input_stride: self.input_stride,
-            gradient: vectors::<S>(self.gradient),
-            columns,
-            parameters: vectors_mut::<S>(self.parameters),
-            first: vectors_mut::<S>(self.first),
-            second: vectors_mut::<S>(self.second),
-            rates: self.rates,
-        };
-        for_each_tile(simd, self.inputs, columns, &mut tiles);
+impl Tiled for Descent<'_> {
+    fn size(&self) -> (usize, usize) {
+        (self.inputs, self.width)
     }
-}
 
-struct DescentTiles<'a, S: Simd> {
-    input: &'a [f32],
-    input_stride: usize,
-    gradient: &'a [S::f32s],
-    columns: usize,
-    parameters: &'a mut [S::f32s],
-    first: &'a mut [S::f32s],
-    second: &'a mut [S::f32s],
-    rates: Rates,
-}
-
-impl<S: Simd> Tiled<S> for DescentTiles<'_, S> {
     #[inline(always)]
-    fn tile<const R: usize, const C: usize>(&mut self, simd: S, row: usize, column: usize) {
+    fn tile<S: Simd, const R: usize, const C: usize>(
+        &mut self,
+        simd: S,
+        row: usize,
+        column: usize,
+    ) {
+        let columns = self.width / S::F32_LANES;
         let left = self.input.chunks_exact(self.input_stride).map(|sample| take(sample, row));
-        let right = self.gradient.chunks_exact(self.columns).map(|sample| take(sample, column));
+        let samples = vectors::<S>(self.gradient).chunks_exact(columns);
+        let right = samples.map(|sample| take(sample, column));
         let none = [[simd.splat_f32s(0.0); C]; R];
         let gradients = add_products::<S, R, C>(simd, none, left, right);
         let rates = self.rates;
@@ -212,10 +198,10 @@ impl<S: Simd> Tiled<S> for DescentTiles<'_, S> {
         let (rest1, rest2) = (simd.splat_f32s(rates.rest1), simd.splat_f32s(rates.rest2));
         let (rate, epsilon) = (simd.splat_f32s(-rates.rate), simd.splat_f32s(rates.epsilon));
         for (r, gradients) in gradients.iter().enumerate() {
-            let start = (row + r) * self.columns + column;
-            let parameters = &mut self.parameters[start..start + C];
-            let first = &mut self.first[start..start + C];
-            let second = &mut self.second[start..start + C];
+            let start = (row + r) * columns + column;
+            let parameters = &mut vectors_mut::<S>(self.parameters)[start..start + C];
+            let first = &mut vectors_mut::<S>(self.first)[start..start + C];
+            let second = &mut vectors_mut::<S>(self.second)[start..start + C];
             for c in 0..C {
                 let gradient = gradients[c];
                 first[c] = simd.mul_add_f32s(beta1, first[c], simd.mul_f32s(rest1, gradient));

@@ -2,9 +2,9 @@
 
 use aligned_vec::{AVec, ConstAlign};
 use candle_core::{Device, Tensor};
-use pulp::{Simd, WithSimd};
+use pulp::Simd;
 
-use super::tile::{LANES, Tiled, add_products, for_each_tile, take, vectors, vectors_mut};
+use super::tile::{Tiled, add_products, padded, take, vectors, vectors_mut};
 
 /// Numbers that begin at a cache line, so that no vector lies across two of them.
 pub(super) type Floats = AVec<f32, ConstAlign<64>>;
@@ -29,13 +29,17 @@ pub(super) struct Layer {
 impl Layer {
     /// A layer of zeros.
     pub(super) fn zeros(inputs: usize, outputs: usize) -> Layer {
-        let width = outputs.next_multiple_of(LANES);
-        Layer { inputs, outputs, parameters: zeros((inputs + 1) * width) }
+        Layer { inputs, outputs, parameters: zeros((inputs + 1) * padded(outputs)) }
+    }
+
+    /// The inputs, padded as the outputs of the layer before.
+    pub(super) fn input_width(&self) -> usize {
+        padded(self.inputs)
     }
 
     /// The outputs, padded.
     pub(super) fn width(&self) -> usize {
-        self.outputs.next_multiple_of(LANES)
+        padded(self.outputs)
     }
 
     /// Takes over a weight `[outputs, inputs]` and a bias `[outputs]`.
@@ -69,7 +73,7 @@ impl Layer {
     /// Writes the weights with outputs as rows, `[outputs, inputs padded]`; the padding is left.
     pub(super) fn transpose(&self, transposed: &mut [f32]) {
         const BLOCK: usize = 4;
-        let (width, stride) = (self.width(), self.inputs.next_multiple_of(LANES));
+        let (width, stride) = (self.width(), self.input_width());
         let whole = self.inputs / BLOCK * BLOCK;
         for output in (0..self.outputs).step_by(BLOCK) {
             let height = BLOCK.min(self.outputs - output);
@@ -93,13 +97,13 @@ impl Layer {
 
 /// What becomes of a sum before it is written.
 #[derive(Clone, Copy)]
-pub(super) enum Finish<T> {
+pub(super) enum Finish<'a> {
     /// Nothing.
     Linear,
     /// Nothing below 0.
     Relu,
     /// The gradient through a ReLU: 0 where its output, of the product's own shape, is not above 0.
-    WherePositive(T),
+    WherePositive(&'a [f32]),
 }
 
 /// `product = finish(bias + left right)`.
@@ -116,49 +120,25 @@ pub(super) struct Product<'a> {
     /// `[rows, width]`
     pub(super) product: &'a mut [f32],
     pub(super) width: usize,
-    pub(super) finish: Finish<&'a [f32]>,
+    pub(super) finish: Finish<'a>,
 }
 
-impl WithSimd for Product<'_> {
-    type Output = ();
-
-    fn with_simd<S: Simd>(self, simd: S) {
-        let columns = self.width / S::F32_LANES;
-        let mut tiles = ProductTiles::<S> {
-            left: self.left,
-            left_stride: self.left_stride,
-            right: vectors::<S>(&self.right[..self.terms * self.width]),
-            terms: self.terms,
-            bias: self.bias.map(vectors::<S>),
-            product: vectors_mut::<S>(self.product),
-            columns,
-            finish: match self.finish {
-                Finish::Linear => Finish::Linear,
-                Finish::Relu => Finish::Relu,
-                Finish::WherePositive(output) => Finish::WherePositive(vectors::<S>(output)),
-            },
-        };
-        for_each_tile(simd, self.rows, columns, &mut tiles);
+impl Tiled for Product<'_> {
+    fn size(&self) -> (usize, usize) {
+        (self.rows, self.width)
     }
-}
 
-struct ProductTiles<'a, S: Simd> {
-    left: &'a [f32],
-    left_stride: usize,
-    right: &'a [S::f32s],
-    terms: usize,
-    bias: Option<&'a [S::f32s]>,
-    product: &'a mut [S::f32s],
-    columns: usize,
-    finish: Finish<&'a [S::f32s]>,
-}
-
-impl<S: Simd> Tiled<S> for ProductTiles<'_, S> {
     #[inline(always)]
-    fn tile<const R: usize, const C: usize>(&mut self, simd: S, row: usize, column: usize) {
+    fn tile<S: Simd, const R: usize, const C: usize>(
+        &mut self,
+        simd: S,
+        row: usize,
+        column: usize,
+    ) {
+        let columns = self.width / S::F32_LANES;
         let zero = simd.splat_f32s(0.0);
         let start = match self.bias {
-            Some(bias) => [take(bias, column); R],
+            Some(bias) => [take(vectors::<S>(bias), column); R],
             None => [[zero; C]; R],
         };
         let mut rows: [&[f32]; R] = [&[]; R];
@@ -172,11 +152,11 @@ impl<S: Simd> Tiled<S> for ProductTiles<'_, S> {
             }
             values
         });
-        let right = self.right.chunks_exact(self.columns).map(|row| take(row, column));
+        let right = vectors::<S>(self.right).chunks_exact(columns).map(|row| take(row, column));
         let sums = add_products::<S, R, C>(simd, start, left, right);
         for (r, sums) in sums.iter().enumerate() {
-            let start = (row + r) * self.columns + column;
-            let product = &mut self.product[start..start + C];
+            let start = (row + r) * columns + column;
+            let product = &mut vectors_mut::<S>(self.product)[start..start + C];
             match self.finish {
                 Finish::Linear => product.copy_from_slice(sums),
                 Finish::Relu => {
@@ -186,7 +166,7 @@ impl<S: Simd> Tiled<S> for ProductTiles<'_, S> {
                     }
                 }
                 Finish::WherePositive(output) => {
-                    let output = &output[start..start + C];
+                    let output = &vectors::<S>(output)[start..start + C];
                     for c in 0..C {
                         let positive = simd.greater_than_f32s(output[c], zero);
                         product[c] = simd.select_f32s(positive, sums[c], zero);

@@ -11,7 +11,10 @@ mod tile;
 use pulp::{Arch, NullaryFnOnce};
 
 pub use self::adam::Adam;
-use self::layer::{Finish, Floats, Layer, Product, zeros};
+use self::{
+    layer::{Finish, Floats, Layer, Product, zeros},
+    tile::compute,
+};
 use super::{image::Image, network::QNetwork};
 
 /// A multilayer perceptron with ReLU between its layers, and none behind the last.
@@ -86,11 +89,11 @@ impl Perceptron {
             let (before, after) = outputs.split_at_mut(index);
             let (left, left_stride) = match before.last() {
                 None => (&*inputs, layer.inputs),
-                Some(output) => (output, self.layers[index - 1].width()),
+                Some(output) => (output, layer.input_width()),
             };
             let (weights, bias) = layer.parameters.split_at(layer.inputs * layer.width());
             let is_last = index + 1 == self.layers.len();
-            self.arch.dispatch(Product {
+            let product = Product {
                 left,
                 left_stride,
                 rows: *batch,
@@ -100,7 +103,8 @@ impl Perceptron {
                 product: &mut after[0],
                 width: layer.width(),
                 finish: if is_last { Finish::Linear } else { Finish::Relu },
-            });
+            };
+            compute(self.arch, product);
         }
     }
 
@@ -115,11 +119,6 @@ impl Perceptron {
 }
 
 impl Activations {
-    /// How many samples there are.
-    pub fn batch(&self) -> usize {
-        self.batch
-    }
-
     /// The inputs of each sample.
     pub fn inputs_mut(&mut self) -> impl Iterator<Item = &mut [f32]> {
         self.inputs.chunks_exact_mut(self.input_count)

@@ -226,7 +226,7 @@ impl Reference {
 
     /// Returns the loss.
     fn update(&mut self, learner: &DynaQ) -> f32 {
-        let (memory, batch) = (&learner.memory, learner.batch());
+        let (memory, batch) = (&learner.memory, &learner.batch);
         let experiences: Vec<_> = batch.iter().map(|index| memory.get(*index)).collect();
         let images = |number: &dyn Fn(usize) -> u64| {
             let bytes = (0..batch.len()).flat_map(|row| memory.image(number(row)).to_vec());

@@ -8,28 +8,46 @@
 //! depend on how wide the processor's vectors are: it is the same to the last bit with AVX-512,
 //! with AVX2, with NEON and without any.
 
-use pulp::{NullaryFnOnce, Simd};
+use pulp::{Arch, NullaryFnOnce, Simd, WithSimd};
 
-/// Floats in the widest vector; rows are padded with zeros to a multiple of it.
-pub(super) const LANES: usize = 16;
+/// Floats in the widest vector.
+const LANES: usize = 16;
+
+/// So many columns with the zeros that pad a row to whole vectors.
+pub(super) fn padded(columns: usize) -> usize {
+    columns.next_multiple_of(LANES)
+}
 
 /// Rows of a tile: with four vectors of columns 20 of the 32 vector registers of AVX-512 and NEON
 /// hold sums, with two vectors 10 of the 16 of AVX2. 5 divides the 420 inputs and a batch of 50.
 const ROWS: usize = 5;
 
-/// Something that is computed by tiles.
-pub(super) trait Tiled<S: Simd> {
-    /// Computes `R` rows from `row` on and `C` vectors of columns from `column` on.
-    fn tile<const R: usize, const C: usize>(&mut self, simd: S, row: usize, column: usize);
+/// A matrix that is computed by tiles.
+pub(super) trait Tiled {
+    /// How many rows and padded columns it has.
+    fn size(&self) -> (usize, usize);
+
+    /// Computes `R` rows from `row` on and `C` vectors of columns from the vector `column` on.
+    fn tile<S: Simd, const R: usize, const C: usize>(&mut self, simd: S, row: usize, column: usize);
 }
 
-/// Computes a matrix of so many rows and vectors of columns.
-pub(super) fn for_each_tile<S: Simd>(
-    simd: S,
-    rows: usize,
-    columns: usize,
-    job: &mut impl Tiled<S>,
-) {
+/// Computes a matrix by the instructions of a processor.
+pub(super) fn compute(arch: Arch, mut matrix: impl Tiled) {
+    arch.dispatch(Tiles(&mut matrix));
+}
+
+struct Tiles<'a, T>(&'a mut T);
+
+impl<T: Tiled> WithSimd for Tiles<'_, T> {
+    type Output = ();
+
+    fn with_simd<S: Simd>(self, simd: S) {
+        let (rows, width) = self.0.size();
+        for_each_tile(simd, rows, width / S::F32_LANES, self.0);
+    }
+}
+
+fn for_each_tile<S: Simd>(simd: S, rows: usize, columns: usize, matrix: &mut impl Tiled) {
     let widest = if S::REGISTER_COUNT >= 32 { 4 } else { 2 };
     let mut column = 0;
     while column < columns {
@@ -42,7 +60,7 @@ pub(super) fn for_each_tile<S: Simd>(
             macro_rules! run {
                 ($($r:literal x $c:literal),*) => {
                     match (height, width) {
-                        $(($r, $c) => run::<S, _, $r, $c>(simd, job, row, column),)*
+                        $(($r, $c) => run::<S, _, $r, $c>(simd, matrix, row, column),)*
                         _ => unreachable!("tiles are at most 5 x 4, and 1, 2 or 4 vectors wide"),
                     }
                 };
@@ -59,30 +77,30 @@ pub(super) fn for_each_tile<S: Simd>(
 
 struct Tile<'a, S, T, const R: usize, const C: usize> {
     simd: S,
-    job: &'a mut T,
+    matrix: &'a mut T,
     row: usize,
     column: usize,
 }
 
-impl<S: Simd, T: Tiled<S>, const R: usize, const C: usize> NullaryFnOnce for Tile<'_, S, T, R, C> {
+impl<S: Simd, T: Tiled, const R: usize, const C: usize> NullaryFnOnce for Tile<'_, S, T, R, C> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        self.job.tile::<R, C>(self.simd, self.row, self.column);
+        self.matrix.tile::<S, R, C>(self.simd, self.row, self.column);
     }
 }
 
 /// A function of its own for each size of tile: within a greater one the compiler would not keep
 /// all the sums in registers.
 #[inline(never)]
-fn run<S: Simd, T: Tiled<S>, const R: usize, const C: usize>(
+fn run<S: Simd, T: Tiled, const R: usize, const C: usize>(
     simd: S,
-    job: &mut T,
+    matrix: &mut T,
     row: usize,
     column: usize,
 ) {
-    simd.vectorize(Tile::<S, T, R, C> { simd, job, row, column });
+    simd.vectorize(Tile::<S, T, R, C> { simd, matrix, row, column });
 }
 
 /// Adds `left[r] * right[c]` to every sum, term after term.
