@@ -10,7 +10,7 @@
 //! | the crate root | every topic message, and the markers [`Reset`] and [`Step`] of the services |
 //! | [`reset`], [`step`] | the request and the response of each service |
 //! | [`status`] | the values of the field `status` of both responses |
-//! | [`builtin_interfaces`], [`std_msgs`], [`sensor_msgs`] | the standard ROS types that Evac needs |
+//! | [`builtin_interfaces`], [`std_msgs`], [`geometry_msgs`], [`sensor_msgs`], [`nav_msgs`], [`rosgraph_msgs`], [`tf2_msgs`], [`visualization_msgs`] | the standard ROS types that Evac needs |
 //!
 //! A type here is nothing but its fields in the order of the ROS definition: rustdds encodes them as
 //! CDR by way of serde, which has no names on the wire, so the order is the format. What the values
@@ -23,11 +23,16 @@ mod q_values;
 mod training_status;
 
 pub mod builtin_interfaces;
+pub mod geometry_msgs;
+pub mod nav_msgs;
 pub mod reset;
+pub mod rosgraph_msgs;
 pub mod sensor_msgs;
 pub mod status;
 pub mod std_msgs;
 pub mod step;
+pub mod tf2_msgs;
+pub mod visualization_msgs;
 
 pub use action_command::ActionCommand;
 pub use builtin_interfaces::Time;

@@ -18,7 +18,7 @@ pub const OUT_OF_ORDER: u8 = 4;
 pub const ACTION_DIFFERS: u8 = 5;
 /// The episode was terminated or truncated: only a reset goes on from there.
 pub const EPISODE_OVER: u8 = 6;
-/// No scenario has the given name.
+/// No scenario has the given name, or there is no room in it for what the parameters hold fixed.
 pub const INVALID_SCENARIO: u8 = 7;
 /// A later reset has taken the place of this one, or of this episode; or the episode is driven by
 /// the other way (/step or /action).

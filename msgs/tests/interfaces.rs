@@ -9,40 +9,22 @@ use std::path::{Path, PathBuf};
 
 use evac_msgs::{
     ActionCommand, EpisodeStatus, Header, Image, QValues, Reset, RosMessage, RosService, Step,
-    Time, TrainingStatus, status,
+    Time, TrainingStatus, builtin_interfaces::Duration, geometry_msgs, nav_msgs,
+    rosgraph_msgs::Clock, sensor_msgs, status, std_msgs::ColorRGBA, tf2_msgs::TFMessage,
+    visualization_msgs, visualization_msgs::Marker,
 };
 use serde::de::DeserializeOwned;
 use serde_reflection::{ContainerFormat, Format, Samples, Tracer, TracerConfig};
 
-/// The standard definitions that the package uses: ROS 2 installs them, so no file of them is here.
-const STANDARD: [(&str, &str); 3] = [
-    (
-        "builtin_interfaces/Time",
-        "int32 sec
-         uint32 nanosec",
-    ),
-    (
-        "std_msgs/Header",
-        "builtin_interfaces/Time stamp
-         string frame_id",
-    ),
-    (
-        "sensor_msgs/Image",
-        "std_msgs/Header header
-         uint32 height
-         uint32 width
-         string encoding
-         uint8 is_bigendian
-         uint32 step
-         uint8[] data",
-    ),
-];
+use standard::DEFINITIONS;
+
+mod standard;
 
 /// What a definition says of a message, or of one half of a service.
 #[derive(Debug, Default, PartialEq)]
 struct Definition {
     /// Name and value of each constant; every one of this package is an `uint8`.
-    constants: BTreeMap<String, u8>,
+    constants: BTreeMap<String, i32>,
     /// Type and name of each field.
     fields: Vec<(String, String)>,
 }
@@ -59,8 +41,12 @@ impl Definition {
             let (ros_type, rest) = line.split_once(' ').expect("a type and a name");
             match rest.split_once('=') {
                 Some((name, value)) => {
-                    assert_eq!(ros_type, "uint8", "the constants are uint8: {line}");
-                    let value = value.trim().parse().expect("a value of uint8");
+                    let value = match ros_type {
+                        "uint8" => value.trim().parse::<u8>().map(i32::from),
+                        "int32" => value.trim().parse(),
+                        _ => panic!("no constant here is of this type: {line}"),
+                    };
+                    let value = value.expect("a value of its type");
                     let name = name.trim().to_owned();
                     let earlier = definition.constants.insert(name, value);
                     assert_eq!(earlier, None, "defined twice: {line}");
@@ -99,9 +85,16 @@ fn ros_type(format: &Format) -> String {
         Format::U32 => "uint32".to_owned(),
         Format::U64 => "uint64".to_owned(),
         Format::F32 => "float32".to_owned(),
+        Format::F64 => "float64".to_owned(),
         Format::Str => "string".to_owned(),
         Format::Seq(element) => format!("{}[]", ros_type(element)),
-        Format::TupleArray { content, size } => format!("{}[{size}]", ros_type(content)),
+        Format::TupleArray { content, size } => match content.as_ref() {
+            // A matrix is on the wire what its rows are, one after the other; ROS knows no matrices.
+            Format::TupleArray { content, size: columns } => {
+                format!("{}[{}]", ros_type(content), size * columns)
+            }
+            content => format!("{}[{size}]", ros_type(content)),
+        },
         Format::TypeName(rust_name) => standard_name(rust_name).to_owned(),
         other => panic!("no ROS type is known for {other:?}"),
     }
@@ -109,11 +102,17 @@ fn ros_type(format: &Format) -> String {
 
 /// The full ROS name of a standard type: serde knows it only by the name of its struct.
 fn standard_name(rust_name: &str) -> &'static str {
-    STANDARD
+    DEFINITIONS
         .iter()
         .map(|(full_name, _)| *full_name)
         .find(|full_name| full_name.ends_with(&format!("/{rust_name}")))
-        .unwrap_or_else(|| panic!("{rust_name} is not one of the standard types of this test"))
+        .unwrap_or_else(|| panic!("{rust_name} is not one of the standard definitions"))
+}
+
+/// What ROS says of a standard type.
+fn standard_definition(full_name: &str) -> Definition {
+    let (_, text) = DEFINITIONS.into_iter().find(|(name, _)| *name == full_name).expect(full_name);
+    Definition::parse(text)
 }
 
 /// Fails unless `T`, whose struct is called `rust_name`, has the fields of `definition`, and every
@@ -125,11 +124,8 @@ fn assert_same_fields<T: DeserializeOwned>(what: &str, rust_name: &str, definiti
         .unwrap_or_else(|| panic!("{what}: the Rust type is not called {rust_name}"));
     assert_eq!(fields, definition.fields, "{what}: Rust left, ROS right");
     for (inner, fields) in containers {
-        let (full_name, text) = STANDARD
-            .into_iter()
-            .find(|(full_name, _)| *full_name == standard_name(&inner))
-            .expect("standard_name found it");
-        let expected = Definition::parse(text);
+        let full_name = standard_name(&inner);
+        let expected = standard_definition(full_name);
         assert_eq!(fields, expected.fields, "{full_name}: Rust left, ROS right");
     }
 }
@@ -137,7 +133,7 @@ fn assert_same_fields<T: DeserializeOwned>(what: &str, rust_name: &str, definiti
 /// The constants of a Rust type or module, under the names that the ROS definition gives them.
 macro_rules! constants {
     ($owner:ident: $($name:ident),* $(,)?) => {
-        BTreeMap::from([$((stringify!($name).to_owned(), $owner::$name)),*])
+        BTreeMap::from([$((stringify!($name).to_owned(), i32::from($owner::$name))),*])
     };
 }
 
@@ -147,7 +143,7 @@ fn package() -> &'static Path {
 }
 
 /// Compares the definition in `msg/` with the Rust type `T`.
-fn assert_message<T: RosMessage>(constants: BTreeMap<String, u8>) {
+fn assert_message<T: RosMessage>(constants: BTreeMap<String, i32>) {
     assert_eq!(T::PACKAGE, "evac_msgs");
     let file = format!("msg/{}.msg", T::NAME);
     let text = fs::read_to_string(package().join(&file)).expect(&file);
@@ -172,7 +168,7 @@ fn assert_service<S: RosService>() {
     assert_eq!(status_constants(), response.constants, "{file}, response: Rust left");
 }
 
-fn status_constants() -> BTreeMap<String, u8> {
+fn status_constants() -> BTreeMap<String, i32> {
     constants!(status: OK, INVALID_ACTION, UNKNOWN_EPISODE, SIMULATOR_RESTARTED, OUT_OF_ORDER,
         ACTION_DIFFERS, EPISODE_OVER, INVALID_SCENARIO, SUPERSEDED)
 }
@@ -223,17 +219,58 @@ fn step_is_its_definition() {
     assert_service::<Step>();
 }
 
+/// Compares a standard definition with the Rust type `T`: its name.
+fn assert_standard<T: RosMessage>(constants: BTreeMap<String, i32>) -> String {
+    let full_name = format!("{}/{}", T::PACKAGE, T::NAME);
+    let definition = standard_definition(&full_name);
+    assert_same_fields::<T>(&full_name, T::NAME, &definition);
+    assert_eq!(constants, definition.constants, "{full_name}: Rust left, ROS right");
+    full_name
+}
+
 #[test]
 fn standard_types_are_those_of_ros() {
-    fn assert_standard<T: RosMessage>() {
-        let full_name = format!("{}/{}", T::PACKAGE, T::NAME);
-        let (_, text) =
-            STANDARD.into_iter().find(|(name, _)| *name == full_name).expect(&full_name);
-        assert_same_fields::<T>(&full_name, T::NAME, &Definition::parse(text));
+    fn plain<T: RosMessage>() -> String {
+        assert_standard::<T>(BTreeMap::new())
     }
-    assert_standard::<Time>();
-    assert_standard::<Header>();
-    assert_standard::<Image>();
+    let compared = [
+        plain::<Duration>(),
+        plain::<Time>(),
+        plain::<geometry_msgs::Point>(),
+        plain::<geometry_msgs::Pose>(),
+        plain::<geometry_msgs::PoseStamped>(),
+        plain::<geometry_msgs::PoseWithCovariance>(),
+        plain::<geometry_msgs::Quaternion>(),
+        plain::<geometry_msgs::Transform>(),
+        plain::<geometry_msgs::TransformStamped>(),
+        plain::<geometry_msgs::Twist>(),
+        plain::<geometry_msgs::TwistWithCovariance>(),
+        plain::<geometry_msgs::Vector3>(),
+        plain::<nav_msgs::Odometry>(),
+        plain::<nav_msgs::Path>(),
+        plain::<Clock>(),
+        plain::<sensor_msgs::CameraInfo>(),
+        plain::<sensor_msgs::CompressedImage>(),
+        plain::<Image>(),
+        plain::<sensor_msgs::RegionOfInterest>(),
+        plain::<ColorRGBA>(),
+        plain::<Header>(),
+        plain::<TFMessage>(),
+        assert_standard::<Marker>(constants!(Marker: ARROW, CUBE, SPHERE, CYLINDER, LINE_STRIP,
+            LINE_LIST, CUBE_LIST, SPHERE_LIST, POINTS, TEXT_VIEW_FACING, MESH_RESOURCE,
+            TRIANGLE_LIST, ARROW_STRIP, ADD, MODIFY, DELETE, DELETEALL)),
+        plain::<visualization_msgs::MarkerArray>(),
+        plain::<visualization_msgs::MeshFile>(),
+        plain::<visualization_msgs::UVCoordinate>(),
+    ];
+    assert_eq!(compared, DEFINITIONS.map(|(name, _)| name), "compared left, defined right");
+}
+
+/// As in ROS, where a quaternion of four zeros would be no rotation at all.
+#[test]
+fn a_pose_that_nobody_turned_is_not_turned() {
+    let pose = geometry_msgs::Pose::default();
+    assert_eq!(pose.orientation, geometry_msgs::Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 1.0 });
 }
 
 /// The definitions, the Rust types and the list in CMakeLists.txt are the same set, and so are the
@@ -279,7 +316,7 @@ fn every_definition_has_its_rust_type_and_is_built() {
             }
         }
     }
-    let standard = STANDARD.map(|(name, _)| {
+    let standard = DEFINITIONS.map(|(name, _)| {
         let (_, name) = name.split_once('/').unwrap();
         format!("msg/{name}.msg")
     });
@@ -290,9 +327,9 @@ fn every_definition_has_its_rust_type_and_is_built() {
 
 #[test]
 fn status_name_knows_every_constant_and_nothing_else() {
-    let named: BTreeMap<String, u8> = (0..=u8::MAX)
+    let named: BTreeMap<String, i32> = (0..=u8::MAX)
         .filter(|value| status::name(*value) != "an unknown status")
-        .map(|value| (status::name(value).to_owned(), value))
+        .map(|value| (status::name(value).to_owned(), i32::from(value)))
         .collect();
     assert_eq!(named, status_constants());
 }

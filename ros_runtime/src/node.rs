@@ -6,12 +6,13 @@ use std::{
 };
 
 use evac_msgs::{RosMessage, RosService};
+use futures::{Stream, stream};
 use log::debug;
+pub use ros2_client::Subscription;
 use ros2_client::{
     Context, Message, Name, NodeName, NodeOptions, Server, ServiceMapping, ServiceTypeName,
-    Subscription,
     error::WriteError,
-    qos::{History, QosProfile, WhenFull},
+    qos::{Durability, History, QosProfile, WhenFull},
 };
 use thiserror::Error;
 use tokio::{runtime::Runtime, sync::watch};
@@ -59,6 +60,14 @@ pub fn reliable(depth: usize) -> QosProfile {
     QosProfile::publisher_default()
         .history(History::KeepLast { depth })
         .reliability_reliable(WhenFull::Fail)
+}
+
+/// Reliable and transient local: whoever comes late gets the last `depth` samples.
+///
+/// For a topic with more than one message see [`Node::create_latched_publisher`], because RustDDS
+/// keeps and sends more samples than that.
+pub fn latched(depth: usize) -> QosProfile {
+    reliable(depth).durability(Durability::TransientLocal)
 }
 
 /// A ROS 2 node.
@@ -145,9 +154,19 @@ impl Node {
     ) -> Result<Publisher<M>, NodeError> {
         let name = self.naming.resolve(topic)?;
         let topic = self.topic::<M>(&name, &qos)?;
-        let publisher = self.node().create_publisher(&topic, None).map_err(endpoint(&name))?;
-        let readers = self.graph.matches(publisher.guid());
-        Ok(Publisher { name, publisher, readers, graph: self.graph.clone() })
+        Publisher::new(&self.node, &self.graph, name, &topic)
+    }
+
+    /// A publisher of something that changes and whose latest state every reader gets, however late
+    /// it comes.
+    pub fn create_latched_publisher<M: RosMessage>(
+        &mut self,
+        topic: &str,
+    ) -> Result<LatchedPublisher<M>, NodeError> {
+        let name = self.naming.resolve(topic)?;
+        let topic = self.topic::<M>(&name, &latched(1))?;
+        let publisher = Publisher::new(&self.node, &self.graph, name, &topic)?;
+        Ok(LatchedPublisher { publisher: Mutex::new(publisher), node: self.node.clone(), topic })
     }
 
     /// A subscription to a topic.
@@ -268,6 +287,18 @@ pub struct Publisher<M: RosMessage> {
 }
 
 impl<M: RosMessage> Publisher<M> {
+    fn new(
+        node: &SharedNode,
+        graph: &Graph,
+        name: String,
+        topic: &rustdds::Topic,
+    ) -> Result<Publisher<M>, NodeError> {
+        let mut node = node.lock().expect("nothing panics while it holds this lock");
+        let publisher = node.create_publisher(topic, None).map_err(endpoint(&name))?;
+        let readers = graph.matches(publisher.guid());
+        Ok(Publisher { name, publisher, readers, graph: graph.clone() })
+    }
+
     /// Whether anybody reads the topic now.
     pub fn has_readers(&self) -> bool {
         *self.readers.borrow() > 0
@@ -282,13 +313,74 @@ impl<M: RosMessage> Publisher<M> {
     /// Publishes the message that the function makes; it is not made if nobody reads.
     pub fn publish_with(&self, message: impl FnOnce() -> M) {
         if self.has_readers() {
-            match self.publisher.publish(message()) {
-                Ok(()) => {}
-                Err(WriteError::WouldBlock { .. }) => {
-                    debug!("{}: a reader is too slow; nobody gets this message", self.name);
-                }
-                Err(error) => log::warn!("{}: could not publish: {error}", self.name),
-            }
+            self.publish(message());
         }
+    }
+
+    /// Publishes a message even if nobody reads: where it is [`latched`], somebody will.
+    pub fn publish(&self, message: M) {
+        match self.publisher.publish(message) {
+            Ok(()) => {}
+            Err(WriteError::WouldBlock { .. }) => {
+                debug!("{}: a reader is too slow; nobody gets this message", self.name);
+            }
+            Err(error) => log::warn!("{}: could not publish: {error}", self.name),
+        }
+    }
+}
+
+/// A publisher of a state, of which every reader gets the latest, however late it comes.
+///
+/// The topic is transient local with a depth of 1, but RustDDS does not go by that depth: while
+/// nobody reads it keeps the last 8,192 samples, otherwise all those of the last six seconds, and
+/// a late reader gets every one of them, the oldest first. So nothing is written while nobody reads,
+/// the owner publishes the state for those who come ([`LatchedPublisher::arrivals`]), and when the
+/// last reader has left, a new writer takes the place of the old one and of what it has kept.
+pub struct LatchedPublisher<M: RosMessage> {
+    publisher: Mutex<Publisher<M>>,
+    node: SharedNode,
+    topic: rustdds::Topic,
+}
+
+impl<M: RosMessage> LatchedPublisher<M> {
+    /// Whether anybody reads the topic now.
+    pub fn has_readers(&self) -> bool {
+        self.publisher().has_readers()
+    }
+
+    /// Publishes the message that the function makes; it is not made if nobody reads.
+    pub fn publish_with(&self, message: impl FnOnce() -> M) {
+        self.publisher().publish_with(message);
+    }
+
+    /// An item whenever somebody may have come who does not know the state yet: publish it.
+    pub fn arrivals(&self) -> impl Stream<Item = ()> {
+        stream::unfold(None, |known: Option<watch::Receiver<usize>>| async {
+            let mut readers = match known {
+                None => self.publisher().readers.clone(),
+                Some(mut readers) => {
+                    // The sender lives as long as the node's graph.
+                    readers.changed().await.ok()?;
+                    if self.has_readers() { readers } else { self.forget() }
+                }
+            };
+            readers.wait_for(|count| *count > 0).await.ok()?;
+            Some(((), Some(readers)))
+        })
+    }
+
+    /// Replaces the writer by one that has sent nothing yet; its readers.
+    fn forget(&self) -> watch::Receiver<usize> {
+        let mut publisher = self.publisher();
+        match Publisher::new(&self.node, &publisher.graph, publisher.name.clone(), &self.topic) {
+            Ok(fresh) => *publisher = fresh,
+            // The next reader then gets what the old one has kept, and after it the state.
+            Err(error) => debug!("{error}"),
+        }
+        publisher.readers.clone()
+    }
+
+    fn publisher(&self) -> MutexGuard<'_, Publisher<M>> {
+        self.publisher.lock().expect("nothing panics while it holds this lock")
     }
 }

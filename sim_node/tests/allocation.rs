@@ -2,9 +2,11 @@
 
 use std::num::NonZeroU64;
 
+use evac_msgs::step;
 use sim_node::{
     camera::{Camera, CameraSettings},
-    world::{Action, Scenario, World, WorldSettings},
+    ros::Session,
+    world::{Action, Layout, Scenario, World, WorldSettings},
 };
 
 #[test]
@@ -27,4 +29,30 @@ fn a_step_and_its_frame_allocate_nothing() {
             }
         }
     }
+}
+
+/// The messages are made for whoever asked and for whoever reads; what a session keeps of an episode
+/// itself, its path, has its memory from the start.
+#[test]
+fn an_answer_allocates_no_more_at_the_end_of_an_episode_than_at_its_start() {
+    // Ahead is the wall, so that the episode lasts.
+    let layout = Layout::from_parameters(&[2.0, 0.0], &[], &[1.15, 0.0, 0.0]).unwrap();
+    let settings = WorldSettings { layout, ..WorldSettings::default() };
+    let world = World::new(settings, Scenario::Empty, 1).unwrap();
+    let camera = Camera::new(CameraSettings::default()).unwrap();
+    let (mut session, _) = Session::new(world, camera, 0.5);
+    let mut answer = || {
+        let request = step::Request { action: 3, ..step::Request::default() };
+        let (response, _) = session.step(&request);
+        assert!(response.blocked);
+        response.truncated
+    };
+    let mut counts = Vec::with_capacity(10_000);
+    let mut truncated = false;
+    while !truncated {
+        let allocated = allocation_counter::measure(|| truncated = answer());
+        counts.push(allocated.count_total);
+    }
+    assert_eq!(counts.len(), 10_000);
+    assert_eq!(counts, vec![counts[0]; 10_000]);
 }

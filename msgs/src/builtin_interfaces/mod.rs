@@ -1,7 +1,9 @@
 //! Messages of the ROS package `builtin_interfaces`.
 
+mod duration;
 mod time;
 
+pub use duration::Duration;
 pub use time::Time;
 
 /// The name of the ROS package.

@@ -23,8 +23,11 @@ pub use value::{FromParameter, Override, OverrideError, ParameterType, Parameter
 
 use crate::{arguments::Arguments, names::Naming};
 
+/// A parameter's own check: `Ok`, or what is wrong with a value, which is of the declared type.
+pub type Check = fn(&ParameterValue) -> Result<(), String>;
+
 /// What a parameter is for and which values it takes.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct Descriptor {
     /// Shown by `ros2 param describe`.
     pub description: String,
@@ -34,6 +37,8 @@ pub struct Descriptor {
     pub choices: Vec<String>,
     /// The smallest and the largest value of a number.
     pub range: Option<(f64, f64)>,
+    /// What neither choices nor a range can say.
+    pub check: Option<Check>,
 }
 
 impl Descriptor {
@@ -58,6 +63,11 @@ impl Descriptor {
             choices: choices.into_iter().map(|choice| choice.to_string()).collect(),
             ..self
         }
+    }
+
+    /// What else is asked of a value. A default is not checked.
+    pub fn check(self, check: Check) -> Descriptor {
+        Descriptor { check: Some(check), ..self }
     }
 
     /// The constraints that have no field of their own in rcl_interfaces/ParameterDescriptor.
@@ -103,6 +113,16 @@ pub enum ParameterError {
         value: ParameterValue,
         /// What would be right.
         choices: Vec<String>,
+    },
+    /// A value that its parameter's own check refuses.
+    #[error("parameter '{name}' is {value}: {reason}")]
+    Refused {
+        /// The parameter.
+        name: String,
+        /// What was given.
+        value: ParameterValue,
+        /// What is wrong with it.
+        reason: String,
     },
     /// A number that is none.
     #[error("parameter '{0}' is not a finite number")]
@@ -269,6 +289,11 @@ fn accept(
         let choices = descriptor.choices.clone();
         return Err(ParameterError::NoSuchChoice { name, value, choices });
     }
+    if let Some(check) = descriptor.check
+        && let Err(reason) = check(&value)
+    {
+        return Err(ParameterError::Refused { name, value, reason });
+    }
     Ok(value)
 }
 
@@ -337,5 +362,27 @@ mod tests {
         assert_eq!(parameters.set("rate", ParameterValue::Double(0.75)), Ok(()));
         assert!(parameters.set("rate", ParameterValue::Double(1.5)).is_err());
         assert_eq!(parameters.get("rate"), Some(0.75));
+    }
+
+    #[test]
+    fn a_check_of_its_own_refuses_with_its_reason() {
+        let pair = |value: &ParameterValue| match value {
+            ParameterValue::DoubleArray(numbers) if numbers.len() != 2 => {
+                Err(format!("{} numbers are no pair", numbers.len()))
+            }
+            _ => Ok(()),
+        };
+        let descriptor = || Descriptor::dynamic("").check(pair);
+        let refused = parameters("-p place:=[1.0]").declare("place", vec![0.0, 0.0], descriptor());
+        let message = "parameter 'place' is the list [1.0]: 1 numbers are no pair";
+        assert_eq!(refused.unwrap_err().to_string(), message);
+
+        let parameters = parameters("");
+        parameters.declare("place", vec![0.0, 0.0], descriptor()).unwrap();
+        let place = |numbers: &[f64]| ParameterValue::DoubleArray(numbers.to_vec());
+        assert_eq!(parameters.set("place", place(&[1.0])).unwrap_err().to_string(), message);
+        assert_eq!(parameters.get("place"), Some(vec![0.0, 0.0]));
+        assert_eq!(parameters.set("place", place(&[1.0, 2.0])), Ok(()));
+        assert_eq!(parameters.get("place"), Some(vec![1.0, 2.0]));
     }
 }

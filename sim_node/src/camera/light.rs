@@ -5,16 +5,16 @@ use nalgebra::{UnitComplex, Vector2, Vector3};
 use super::frame::CHANNELS;
 
 /// A colour by its red, green and blue, each 0 to 1.
-pub(super) type Colour = [f64; CHANNELS];
+pub(crate) type Colour = [f64; CHANNELS];
 
 /// The room's walls.
-pub(super) const WALL: Colour = [0.0, 0.0, 1.0];
+pub(crate) const WALL: Colour = [0.0, 0.0, 1.0];
 /// The exit.
-pub(super) const EXIT: Colour = [0.0, 1.0, 0.0];
+pub(crate) const EXIT: Colour = [0.0, 1.0, 0.0];
 /// Cylinders and the concave wall.
-pub(super) const OBSTACLE: Colour = [1.0, 0.0, 0.0];
+pub(crate) const OBSTACLE: Colour = [1.0, 0.0, 0.0];
 /// The floor, which is not shaded.
-pub(super) const FLOOR: Colour = [0.5; CHANNELS];
+pub(crate) const FLOOR: Colour = [0.5; CHANNELS];
 /// What is above the walls, which is not shaded.
 pub(super) const SKY: Colour = [0.7; CHANNELS];
 

@@ -2,11 +2,12 @@
 //!
 //! A [`Camera`] looks through the stereographic [`lens`] and renders a [`Frame`] of a
 //! [`crate::world::World`] by casting one ray for each pixel. The same pose gives the same bytes
-//! on every machine.
+//! on every machine. [`equidistant`] describes the lens to those who know only that model.
 
+pub mod equidistant;
 mod frame;
 pub mod lens;
-mod light;
+pub(crate) mod light;
 mod ray_fan;
 mod renderer;
 mod settings;

@@ -7,11 +7,11 @@ use super::lens;
 
 /// One pixel's ray, from the eye.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Ray {
+pub(crate) struct Ray {
     /// A unit vector in the eye's frame: level, and turned with the robot.
-    pub(super) direction: Vector3<f64>,
+    pub(crate) direction: Vector3<f64>,
     /// The pixel's index, counted row by row.
-    pub(super) pixel: usize,
+    pub(crate) pixel: usize,
 }
 
 /// All rays, from right to left by their azimuth.

@@ -82,12 +82,12 @@ impl Camera {
     }
 
     /// The rays, in the order of [`Camera::cast`].
-    pub(super) fn rays(&self) -> &[Ray; PIXELS] {
+    pub(crate) fn rays(&self) -> &[Ray; PIXELS] {
         self.fan.rays()
     }
 
     /// The pose of the eye in the ground plan.
-    pub(super) fn eye(&self, world: &World) -> Isometry2<f64> {
+    pub(crate) fn eye(&self, world: &World) -> Isometry2<f64> {
         world.robot() * Translation2::new(self.settings.forward, self.settings.left)
     }
 

@@ -3,8 +3,9 @@
 mod messages;
 mod node;
 mod parameters;
+mod publishers;
 mod session;
 
 pub use node::run;
 pub use parameters::{RoomParameters, declare_room};
-pub use session::{ClientId, Session};
+pub use session::{ClientId, Executed, Session, Visit};

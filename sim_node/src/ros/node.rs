@@ -1,35 +1,23 @@
 //! The node's loop: requests and commands in, answers and images out.
 
-use std::{future::Future, time::Duration};
+use std::{future::Future, pin::pin, time::Duration};
 
 use anyhow::Context;
-use evac_msgs::{ActionCommand, EpisodeStatus, Image, Reset, Step};
-use futures::{StreamExt, select};
+use evac_msgs::{ActionCommand, Reset, Step};
+use futures::{FutureExt, StreamExt, select};
 use log::{debug, info, warn};
-use ros_runtime::{Arguments, Node, Publisher, node::reliable, parameters::ParameterValue};
+use ros_runtime::{Arguments, Node, node::reliable, parameters::ParameterValue};
 
 use super::{
     declare_room,
+    parameters::layout,
+    publishers::{Pace, Publishers, until},
     session::{Executed, Session},
 };
 use crate::world::{Scenario, World};
 
 /// How long an answer may wait for room in the send window.
 const SEND_TIMEOUT: Duration = Duration::from_millis(100);
-
-/// What the node publishes of everything that is executed.
-struct Publishers {
-    images: Publisher<Image>,
-    statuses: Publisher<EpisodeStatus>,
-}
-
-impl Publishers {
-    fn publish(&self, executed: Executed) {
-        let Executed { image, status } = executed;
-        self.images.publish_with(|| image);
-        self.statuses.publish_with(|| status);
-    }
-}
 
 /// Runs the simulator until it is told to end.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
@@ -50,11 +38,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
     let world = World::new(room.world, room.scenario, room.seed)
         .context("the room cannot be laid out as its parameters say")?;
+    let mount = *room.camera.settings();
     let (mut session, first) = Session::new(world, room.camera, step_duration);
-    let publishers = Publishers {
-        images: node.create_publisher("camera/image", reliable(5))?,
-        statuses: node.create_publisher("episode", reliable(10))?,
-    };
+    let publishers = Publishers::new(&mut node)?;
     let resets = node.create_server::<Reset>("reset")?;
     let steps = node.create_server::<Step>("step")?;
     let commands = node.create_subscription::<ActionCommand>("action", reliable(1))?;
@@ -64,15 +50,26 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         session.scenario(),
         session.episode_number()
     );
-    publishers.publish(first);
+    publishers.publish_mount(&mount, &session);
+    publishers.publish(first, &session);
 
     let shutdown = node.shutdown().clone();
     node.block_on(shutdown.unless_requested(async {
         let mut reset_requests = resets.receive_request_stream();
         let mut step_requests = steps.receive_request_stream();
-        let command_stream = commands.async_stream();
-        futures::pin_mut!(command_stream);
+        let mut command_stream = pin!(commands.async_stream());
+        let mut arrivals = pin!(publishers.arrivals().fuse());
+        let mut pace = Pace::default();
+        let publish = |executed: Option<Executed>, session: &Session, pace: &mut Pace| {
+            if let Some(executed) = executed {
+                publishers.publish(executed, session);
+                if publishers.has_viewers() && pace.is_now() {
+                    publishers.draw(session);
+                }
+            }
+        };
         loop {
+            let mut drawing_due = pin!(until(pace.due()).fuse());
             select! {
                 request = step_requests.select_next_some() => match request {
                     Ok((id, request)) => {
@@ -81,7 +78,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
                             debug!("step refused: {}", response.message);
                         }
                         answer("step", steps.async_send_response(id, response)).await;
-                        executed.into_iter().for_each(|executed| publishers.publish(executed));
+                        publish(executed, &session, &mut pace);
                     }
                     Err(error) => warn!("a request of step cannot be read: {error}"),
                 },
@@ -90,6 +87,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
                         let default: Option<String> = parameters.get("scenario");
                         let default = default.and_then(|name| name.parse().ok());
                         let default: Scenario = default.unwrap_or(session.scenario());
+                        session.set_layout(layout(&parameters)?);
                         let client = id.writer_gid.to_bytes16();
                         let (response, executed) = session.reset(client, &request, default);
                         if !response.success {
@@ -100,18 +98,22 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
                             parameters.set("scenario", name)?;
                         }
                         answer("reset", resets.async_send_response(id, response)).await;
-                        executed.into_iter().for_each(|executed| publishers.publish(executed));
+                        publish(executed, &session, &mut pace);
                     }
                     Err(error) => warn!("a request of reset cannot be read: {error}"),
                 },
                 command = command_stream.select_next_some() => match command {
                     Ok((command, _)) => match session.command(&command) {
-                        Ok(executed) => {
-                            executed.into_iter().for_each(|executed| publishers.publish(executed));
-                        }
+                        Ok(executed) => publish(executed, &session, &mut pace),
                         Err(reason) => warn!("action refused: {reason}"),
                     },
                     Err(error) => warn!("an action cannot be read: {error}"),
+                },
+                () = arrivals.select_next_some() => if pace.is_now() {
+                    publishers.draw(&session);
+                },
+                () = drawing_due => if pace.is_now() {
+                    publishers.draw(&session);
                 },
             }
         }

@@ -1,11 +1,11 @@
 //! The node's parameters.
 
 use anyhow::Context;
-use ros_runtime::parameters::{Descriptor, ParameterError, Parameters};
+use ros_runtime::parameters::{Check, Descriptor, ParameterError, ParameterValue, Parameters};
 
 use crate::{
     camera::{Camera, CameraSettings},
-    world::{Layout, Scenario, WorldSettings},
+    world::{Layout, LayoutError, Scenario, WorldSettings},
 };
 
 /// What the room is like.
@@ -49,20 +49,53 @@ pub fn declare_room(parameters: &Parameters) -> anyhow::Result<RoomParameters> {
         )
         .range(0.0..=100.0),
     )?;
-    let list = |name, description| -> Result<Vec<f64>, ParameterError> {
-        parameters.declare(name, Vec::new(), Descriptor::read_only(description))
-    };
-    let layout = Layout::from_parameters(
-        &list(
-            "fixed_exit",
-            "[wall, offset]: wall 0 to 3 for +x, +y, -x, -y; metres; empty: random",
-        )?,
-        &list("fixed_cylinders", "[x, y, ...] of the centres in metres; empty: random")?,
-        &list("fixed_robot", "[x, y, yaw] in metres and radians; empty: random")?,
-    )?;
+    declare_layout(parameters)?;
+    let layout = layout(parameters)?;
     let camera = declare_camera(parameters)?;
     let world = WorldSettings { max_steps: max_steps as u32, heading_deviation, layout };
     Ok(RoomParameters { scenario: scenario.parse()?, world, camera, seed: seed as u64 })
+}
+
+const FIXED_EXIT: &str = "fixed_exit";
+const FIXED_CYLINDERS: &str = "fixed_cylinders";
+const FIXED_ROBOT: &str = "fixed_robot";
+
+/// Each list is refused alone if it says nothing. Whether what they say fits together, and into a
+/// scenario, only the next reset can tell.
+fn declare_layout(parameters: &Parameters) -> Result<(), ParameterError> {
+    let list = |name, description: &str, check: Check| {
+        let descriptor = Descriptor::dynamic(&format!("{description}; from the next reset on"));
+        parameters.declare(name, Vec::<f64>::new(), descriptor.check(check)).map(drop)
+    };
+    list(
+        FIXED_EXIT,
+        "[wall, offset]: wall 0 to 3 for +x, +y, -x, -y; metres; empty: random",
+        |value| check_layout(numbers(value), &[], &[]),
+    )?;
+    list(FIXED_CYLINDERS, "[x, y, ...] of the centres in metres; empty: random", |value| {
+        check_layout(&[], numbers(value), &[])
+    })?;
+    list(FIXED_ROBOT, "[x, y, yaw] in metres and radians; empty: random", |value| {
+        check_layout(&[], &[], numbers(value))
+    })
+}
+
+fn check_layout(exit: &[f64], cylinders: &[f64], robot: &[f64]) -> Result<(), String> {
+    Layout::from_parameters(exit, cylinders, robot).map(drop).map_err(|error| error.to_string())
+}
+
+/// The numbers of a list; a check sees no other type than the declared one.
+fn numbers(value: &ParameterValue) -> &[f64] {
+    match value {
+        ParameterValue::DoubleArray(numbers) => numbers,
+        _ => &[],
+    }
+}
+
+/// What the parameters hold fixed now.
+pub(super) fn layout(parameters: &Parameters) -> Result<Layout, LayoutError> {
+    let list = |name| parameters.get::<Vec<f64>>(name).unwrap_or_default();
+    Layout::from_parameters(&list(FIXED_EXIT), &list(FIXED_CYLINDERS), &list(FIXED_ROBOT))
 }
 
 fn declare_camera(parameters: &Parameters) -> anyhow::Result<Camera> {
@@ -77,4 +110,54 @@ fn declare_camera(parameters: &Parameters) -> anyhow::Result<Camera> {
         pitch: number("camera.pitch", defaults.pitch, "downwards, radians")?,
     };
     Camera::new(settings).context("the parameters camera.*")
+}
+
+#[cfg(test)]
+mod tests {
+    use ros_runtime::{Arguments, names::Naming};
+
+    use super::*;
+
+    fn parameters(line: &str) -> Parameters {
+        let line = format!("sim_node --ros-args {line}");
+        let arguments = Arguments::parse(line.split_whitespace().map(str::to_owned)).unwrap();
+        let naming = Naming::new("sim_node", &arguments.remaps).unwrap();
+        Parameters::new(&naming, &arguments).unwrap()
+    }
+
+    fn list(numbers: &[f64]) -> ParameterValue {
+        ParameterValue::DoubleArray(numbers.to_vec())
+    }
+
+    #[test]
+    fn what_is_fixed_can_be_changed_while_the_node_runs() {
+        let parameters = parameters("-p fixed_exit:=[2,0.5]");
+        let room = declare_room(&parameters).unwrap();
+        let first = Layout::from_parameters(&[2.0, 0.5], &[], &[]).unwrap();
+        assert_eq!(room.world.layout, first);
+
+        parameters.set(FIXED_EXIT, list(&[])).unwrap();
+        parameters.set(FIXED_CYLINDERS, list(&[0.1, 0.2])).unwrap();
+        parameters.set(FIXED_ROBOT, list(&[-0.5, 0.5, 1.0])).unwrap();
+        let second = Layout::from_parameters(&[], &[0.1, 0.2], &[-0.5, 0.5, 1.0]);
+        assert_eq!(layout(&parameters), second);
+    }
+
+    #[test]
+    fn a_list_that_says_nothing_is_refused_with_its_right_form() {
+        let parameters = parameters("");
+        declare_room(&parameters).unwrap();
+        for (name, numbers, expected) in [
+            (FIXED_EXIT, &[1.0][..], "it is [wall, offset], or empty"),
+            (FIXED_EXIT, &[1.0, 1.5], "the offset is within ±1 m"),
+            (FIXED_EXIT, &[4.0, 0.0], "a wall is 0 (+x), 1 (+y), 2 (-x) or 3 (-y)"),
+            (FIXED_CYLINDERS, &[0.0, 0.0, 0.0], "two for each cylinder"),
+            (FIXED_ROBOT, &[0.0, 0.0], "it is [x, y, yaw], or empty"),
+            (FIXED_ROBOT, &[0.0, 0.0, f64::NAN], "not a finite number"),
+        ] {
+            let error = parameters.set(name, list(numbers)).unwrap_err().to_string();
+            assert!(error.contains(name) && error.contains(expected), "{error}");
+        }
+        assert_eq!(layout(&parameters), Ok(Layout::default()));
+    }
 }

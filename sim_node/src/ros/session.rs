@@ -7,13 +7,14 @@
 
 use std::{collections::VecDeque, num::NonZeroU64};
 
-use evac_msgs::{ActionCommand, EpisodeStatus, Header, Image, reset, status, step};
+use evac_msgs::{ActionCommand, EpisodeStatus, Header, Image, Time, reset, status, step};
+use nalgebra::Isometry2;
 use rand::RngExt;
 
 use super::messages;
 use crate::{
     camera::Camera,
-    world::{Action, Outcome, Scenario, World},
+    world::{Action, Layout, Outcome, Scenario, World},
 };
 
 /// A client, as DDS identifies it.
@@ -22,6 +23,10 @@ pub type ClientId = [u8; 16];
 /// How many clients' latest resets are remembered. Who returns after so many others is a new one.
 const CLIENTS: usize = 64;
 
+/// How many steps of an episode find room in the path from the start, so that none of them waits for
+/// memory: as many as an episode usually has at most.
+const PATH_CAPACITY: u32 = 10_000;
+
 /// What was executed, for those who watch.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Executed {
@@ -29,6 +34,15 @@ pub struct Executed {
     pub image: Image,
     /// What happened.
     pub status: EpisodeStatus,
+}
+
+/// Where the robot was, and when.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Visit {
+    /// Nanoseconds since the start.
+    pub time: u64,
+    /// The pose of the robot's centre.
+    pub pose: Isometry2<f64>,
 }
 
 /// A room, its episode, and what was asked of it so far.
@@ -44,6 +58,8 @@ pub struct Session {
     /// The lower half of the present one's.
     episode: u32,
     seed: u64,
+    /// The pose that the episode began with, and that after each step.
+    path: Vec<Visit>,
     control: Option<Control>,
     clients: VecDeque<(ClientId, u64)>,
     latest_reset: Option<LatestReset>,
@@ -72,6 +88,7 @@ impl Session {
     /// `step_duration` is the simulated time of a step in seconds.
     pub fn new(world: World, camera: Camera, step_duration: f64) -> (Session, Executed) {
         let mut session = Session {
+            path: Vec::with_capacity(world.max_steps().min(PATH_CAPACITY) as usize + 1),
             world,
             camera,
             step_duration: (step_duration * 1e9).round() as u64,
@@ -92,6 +109,26 @@ impl Session {
     /// The scenario of the present episode.
     pub fn scenario(&self) -> Scenario {
         self.world.scenario()
+    }
+
+    /// The room as it is now.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// Where the robot has been in the present episode: at its start, and after each step.
+    pub fn path(&self) -> &[Visit] {
+        &self.path
+    }
+
+    /// The time of the simulation, which is the stamp of the latest image.
+    pub fn now(&self) -> Time {
+        messages::stamp(self.time)
+    }
+
+    /// Holds something else fixed from the next reset on.
+    pub fn set_layout(&mut self, layout: Layout) {
+        self.world.set_layout(layout);
     }
 
     /// The number of the present episode.
@@ -327,13 +364,15 @@ impl Session {
         self.seed = seed;
         self.control = None;
         self.latest_step = None;
+        self.path.clear();
         self.observe(EpisodeStatus { action: EpisodeStatus::NONE, ..EpisodeStatus::default() })
     }
 
     /// Lets the time of a step or reset pass, and takes the picture.
     fn observe(&mut self, status: EpisodeStatus) -> Executed {
         self.time += self.step_duration;
-        let stamp = messages::stamp(self.time);
+        self.path.push(Visit { time: self.time, pose: *self.world.robot() });
+        let stamp = self.now();
         let image = messages::image(&self.camera.render(&self.world), stamp);
         let status = EpisodeStatus {
             header: Header { stamp, frame_id: String::new() },

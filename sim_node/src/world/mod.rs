@@ -28,7 +28,7 @@ mod tests;
 use std::f64::consts::FRAC_PI_4;
 use std::num::NonZeroU64;
 
-use nalgebra::Isometry2;
+use nalgebra::{Isometry2, Point2};
 
 pub use action::{Action, InvalidAction, STEP_LENGTH};
 pub use concave_wall::{CONCAVE_WALL_HEIGHT, ConcaveWall};
@@ -101,6 +101,8 @@ pub struct World {
     robot: Isometry2<f64>,
     steps: u32,
     over: bool,
+    /// Where the latest reset was to put the cylinders.
+    fixed_cylinders: Option<Vec<Point2<f64>>>,
     /// The world's own randomness, which goes on from one unseeded reset to the next.
     own_random: Random,
     /// The randomness of an episode that began with a seeded reset.
@@ -126,6 +128,7 @@ impl World {
         let rules = Rules::new(scenario, &concave_wall);
         let placement = rules.place(&settings.layout, None, &mut own_random)?;
         Ok(Self {
+            fixed_cylinders: settings.layout.cylinders.clone(),
             settings,
             scenario,
             concave_wall,
@@ -139,12 +142,17 @@ impl World {
         })
     }
 
+    /// Holds something else fixed from the next reset on; this episode stays as it is.
+    pub fn set_layout(&mut self, layout: Layout) {
+        self.settings.layout = layout;
+    }
+
     /// Begins a new episode, in another scenario if one is given.
     ///
     /// With a seed, everything random in the episode follows from it, and the world's own
     /// randomness stays as it was. Without one, the world's own randomness goes on; cylinders that
-    /// move then stay where they are, as in the paper, unless the scenario changes or one of them
-    /// is in the way of a fixed robot.
+    /// move then stay where they are, as in the paper, unless the scenario changes, the layout has
+    /// new places for them, or one of them is in the way of a fixed robot.
     ///
     /// # Errors
     ///
@@ -156,7 +164,11 @@ impl World {
         scenario: Option<Scenario>,
     ) -> Result<(), PlacementError> {
         let scenario = scenario.unwrap_or(self.scenario);
-        let keeps_cylinders = seed.is_none() && scenario.moving() && scenario == self.scenario;
+        let fixed = &self.settings.layout.cylinders;
+        let keeps_cylinders = seed.is_none()
+            && scenario.moving()
+            && scenario == self.scenario
+            && (fixed.is_none() || *fixed == self.fixed_cylinders);
         let kept = keeps_cylinders.then(|| self.cylinders.clone());
         let mut random =
             seed.map_or_else(|| self.own_random.clone(), |seed| Random::from_seed(seed.get()));
@@ -167,6 +179,7 @@ impl World {
         self.scenario = scenario;
         self.steps = 0;
         self.over = false;
+        self.fixed_cylinders.clone_from(&self.settings.layout.cylinders);
         self.seeded_random = match seed {
             Some(_) => Some(random),
             None => {
@@ -240,6 +253,11 @@ impl World {
     /// How many steps the episode has had.
     pub fn steps(&self) -> u32 {
         self.steps
+    }
+
+    /// After how many steps an episode is truncated.
+    pub fn max_steps(&self) -> u32 {
+        self.settings.max_steps
     }
 
     /// Whether the robot has escaped or the episode was truncated.

@@ -179,3 +179,44 @@ fn the_memory_of_clients_is_bounded() {
     }
     assert_eq!(session.clients.len(), CLIENTS);
 }
+
+#[test]
+fn the_path_begins_anew_with_each_episode_and_has_every_step() {
+    let mut session = session();
+    let episode = reset(&mut session, ALICE, 1).episode;
+    assert_eq!(session.path().len(), 1);
+    let (start, _) = (session.path()[0], step(&mut session, episode, 1, 3));
+    step(&mut session, episode, 1, 3);
+    step(&mut session, episode, 2, 3);
+    assert_eq!(session.path().len(), 3);
+    assert_eq!(session.path()[0], start);
+    let times: Vec<u64> = session.path().iter().map(|visit| visit.time).collect();
+    assert_eq!(times, [1_000_000_000, 1_500_000_000, 2_000_000_000]);
+    assert_eq!(session.path()[2].pose, *session.world().robot());
+    assert_eq!(session.now(), messages::stamp(2_000_000_000));
+    reset(&mut session, ALICE, 2);
+    assert_eq!(session.path().len(), 1);
+}
+
+#[test]
+fn what_is_fixed_counts_from_the_next_reset_on() {
+    let mut session = session();
+    let robot = |numbers| Layout::from_parameters(&[], &[], numbers).unwrap();
+    let before = *session.world().robot();
+    session.set_layout(robot(&[0.5, -0.5, 0.0]));
+    assert_eq!(*session.world().robot(), before);
+    let placed = reset(&mut session, ALICE, 1);
+    assert_eq!(*session.world().robot(), Isometry2::translation(0.5, -0.5));
+
+    // In the wall: refused as long as it is so.
+    session.set_layout(robot(&[1.25, 0.0, 0.0]));
+    let refused = reset(&mut session, ALICE, 2);
+    assert_eq!((refused.status, refused.success), (status::INVALID_SCENARIO, false));
+    assert!(refused.message.contains("touches a wall"), "{}", refused.message);
+    assert_eq!(refused.episode, placed.episode);
+    assert_eq!(*session.world().robot(), Isometry2::translation(0.5, -0.5));
+    assert_eq!(step(&mut session, placed.episode, 1, 3).status, status::OK);
+
+    session.set_layout(Layout::default());
+    assert_eq!(reset(&mut session, ALICE, 2).status, status::OK);
+}

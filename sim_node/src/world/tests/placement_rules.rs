@@ -69,6 +69,50 @@ fn hold_what_is_fixed() {
 }
 
 #[test]
+fn hold_what_is_fixed_later_from_the_next_reset_on() {
+    let mut world = world(Scenario::Empty, 1);
+    let before = state(&world);
+    let fixed = Layout::from_parameters(&[2.0, -0.5], &[], &[0.5, 0.5, 2.0]).unwrap();
+    world.set_layout(fixed);
+    assert_eq!(state(&world), before);
+    world.reset(None, None).unwrap();
+    assert_eq!(*world.exit(), Exit::new(Wall::NegativeX, -0.5).unwrap());
+    assert_eq!(*world.robot(), Isometry2::new(Vector2::new(0.5, 0.5), 2.0));
+
+    let impossible = Layout::from_parameters(&[], &[], &[0.0, 1.2, 0.0]).unwrap();
+    world.set_layout(impossible);
+    let before = state(&world);
+    let error = world.reset(None, None).unwrap_err();
+    assert!(matches!(error, PlacementError::RobotTouches { .. }), "{error}");
+    assert_eq!(state(&world), before);
+
+    world.set_layout(Layout::default());
+    world.reset(None, None).unwrap();
+    assert_ne!(*world.robot(), before.0);
+}
+
+/// An unseeded reset leaves moving cylinders where they are, but not if they were given places.
+#[test]
+fn move_cylinders_to_places_that_are_new() {
+    let centres = |world: &World| world.cylinders().iter().map(Cylinder::centre).collect();
+    let mut world = world(Scenario::TwoMoving, 1);
+    let fixed = Layout::from_parameters(&[], &[0.5, 0.5, -0.5, 0.5], &[]).unwrap();
+    world.set_layout(fixed.clone());
+    world.reset(None, None).unwrap();
+    let places = vec![Point2::new(0.5, 0.5), Point2::new(-0.5, 0.5)];
+    assert_eq!(centres(&world), places);
+    for _ in 0..5 {
+        world.step(action(AHEAD)).unwrap();
+    }
+    // The same places again are nothing new.
+    world.set_layout(fixed);
+    let wandered: Vec<Point2<f64>> = centres(&world);
+    assert_ne!(wandered, places);
+    world.reset(None, None).unwrap();
+    assert_eq!(centres(&world), wandered);
+}
+
+#[test]
 fn place_a_random_exit_where_a_fixed_robot_does_not_touch_it() {
     let mut world = fixed_world(Scenario::Empty, &[], &[], &[1.1, 0.0, 0.0]).unwrap();
     for episode in 0..1_000 {

@@ -1,0 +1,45 @@
+//! What the camera sees, and how it sees it.
+
+use evac_msgs::{
+    Image, Time,
+    sensor_msgs::{CameraInfo, RegionOfInterest},
+};
+
+use super::{OPTICAL, header};
+use crate::camera::{
+    CHANNELS, Frame, HEIGHT, WIDTH,
+    equidistant::{DISTORTION, FOCAL_LENGTH, PRINCIPAL_POINT},
+};
+
+/// An image of the camera as sensor_msgs/Image: 20 x 7, rgb8, 60 bytes a row.
+pub(crate) fn image(frame: &Frame, stamp: Time) -> Image {
+    Image {
+        header: header(OPTICAL, stamp),
+        height: HEIGHT as u32,
+        width: WIDTH as u32,
+        encoding: "rgb8".to_owned(),
+        is_bigendian: 0,
+        step: (WIDTH * CHANNELS) as u32,
+        data: frame.bytes().to_vec(),
+    }
+}
+
+/// How every image is projected. The rectified image would have the same focal length and middle.
+pub(crate) fn camera_info(stamp: Time) -> CameraInfo {
+    const F: f64 = FOCAL_LENGTH;
+    let [x, y] = PRINCIPAL_POINT;
+    CameraInfo {
+        header: header(OPTICAL, stamp),
+        height: HEIGHT as u32,
+        width: WIDTH as u32,
+        distortion_model: "equidistant".to_owned(),
+        d: DISTORTION.to_vec(),
+        k: [F, 0.0, x, 0.0, F, y, 0.0, 0.0, 1.0],
+        r: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+        p: [F, 0.0, x, 0.0, 0.0, F, y, 0.0, 0.0, 0.0, 1.0, 0.0],
+        // No binning, and the whole of the sensor.
+        binning_x: 0,
+        binning_y: 0,
+        roi: RegionOfInterest::default(),
+    }
+}

@@ -1,0 +1,262 @@
+//! The messages say of the world what the world and the camera say of themselves.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use evac_msgs::{
+    geometry_msgs::{Point, Pose, Quaternion, TransformStamped},
+    visualization_msgs::{Marker, MarkerArray},
+};
+use nalgebra::{
+    Isometry2, Isometry3, Point3, Quaternion as Parts, Translation3, UnitQuaternion, Vector2,
+    Vector3,
+};
+
+use super::*;
+use crate::{
+    camera::{Camera, CameraSettings, WIDTH, equidistant::DISTORTION, lens},
+    ros::session::Visit,
+    world::{Layout, Scenario, World, WorldSettings},
+};
+
+const NOW: Time = Time { sec: 3, nanosec: 500_000_000 };
+
+/// A world in which these parts are fixed, as the parameters have them.
+fn fixed_world(scenario: Scenario, exit: &[f64], cylinders: &[f64], robot: &[f64]) -> World {
+    let layout = Layout::from_parameters(exit, cylinders, robot).unwrap();
+    World::new(WorldSettings { layout, ..WorldSettings::default() }, scenario, 0).unwrap()
+}
+
+/// A rotation, which must have the length 1 already.
+fn rotation(quaternion: &Quaternion) -> UnitQuaternion<f64> {
+    let &Quaternion { x, y, z, w } = quaternion;
+    let parts = Parts::new(w, x, y, z);
+    assert!((parts.norm() - 1.0).abs() < 1e-15, "{quaternion:?}");
+    UnitQuaternion::new_unchecked(parts)
+}
+
+fn isometry(position: [f64; 3], orientation: &Quaternion) -> Isometry3<f64> {
+    Isometry3::from_parts(Translation3::from(position), rotation(orientation))
+}
+
+fn of_pose(Pose { position: Point { x, y, z }, orientation }: &Pose) -> Isometry3<f64> {
+    isometry([*x, *y, *z], orientation)
+}
+
+fn of_transform(message: &TransformStamped) -> Isometry3<f64> {
+    let translation = message.transform.translation;
+    let position = [translation.x, translation.y, translation.z];
+    isometry(position, &message.transform.rotation)
+}
+
+fn assert_close(actual: Vector3<f64>, expected: Vector3<f64>) {
+    assert!((actual - expected).norm() < 1e-14, "{actual} is not {expected}");
+}
+
+#[test]
+fn stamps_are_seconds_and_the_rest() {
+    assert_eq!(stamp(3_500_000_000), NOW);
+    assert_eq!(stamp(0), Time::default());
+    assert_eq!(stamp(u64::MAX).sec, i32::MAX);
+}
+
+#[test]
+fn the_frames_are_one_chain_from_the_room_to_the_image() {
+    let robot = robot(&Isometry2::new(Vector2::new(0.5, -0.25), 1.0), NOW);
+    let mount = mount(&CameraSettings::default(), NOW);
+    let links: Vec<(&str, &str)> = robot
+        .transforms
+        .iter()
+        .chain(&mount.transforms)
+        .map(|link| (link.header.frame_id.as_str(), link.child_frame_id.as_str()))
+        .collect();
+    assert_eq!(
+        links,
+        [
+            ("odom", "base_link"),
+            ("base_link", "camera_link"),
+            ("camera_link", "camera_optical_frame"),
+        ]
+    );
+    let stamps = robot.transforms.iter().chain(&mount.transforms).map(|link| link.header.stamp);
+    assert!(stamps.into_iter().all(|stamp| stamp == NOW));
+}
+
+/// What a pixel looks at, in the optical frame and taken through tf, is the ray that the renderer
+/// casts for it, and it begins where the renderer's eye is.
+#[test]
+fn the_optical_frame_is_the_renderers_eye() {
+    let tilted = CameraSettings { forward: 0.05, left: -0.07, height: 0.2, pitch: 0.4 };
+    let up = CameraSettings { pitch: -FRAC_PI_2, ..CameraSettings::default() };
+    for settings in [CameraSettings::default(), tilted, up] {
+        for pose in [[0.0, 0.0, 0.0], [0.5, -0.25, 1.0], [-0.3, 0.8, PI], [0.1, 0.2, -3.0]] {
+            let world = fixed_world(Scenario::Empty, &[1.0, -1.0], &[], &pose);
+            let camera = Camera::new(settings).unwrap();
+            let mount = mount(&settings, NOW);
+            let robot = robot(world.robot(), NOW);
+            let links = robot.transforms.iter().chain(&mount.transforms);
+            let optical = links.map(of_transform).fold(Isometry3::identity(), |a, b| a * b);
+
+            let eye = camera.eye(&world);
+            let position = eye.translation.vector.push(settings.height);
+            assert_close(optical.translation.vector, position);
+            for ray in camera.rays() {
+                let ahead = lens::direction(ray.pixel % WIDTH, ray.pixel / WIDTH);
+                let direction = Vector3::new(-ahead.y, -ahead.z, ahead.x);
+                let cast = (eye.rotation * ray.direction.xy()).push(ray.direction.z);
+                assert_close(optical.rotation * direction, cast);
+            }
+            // The axis, worked out by hand.
+            let (sine, cosine) = settings.pitch.sin_cos();
+            let axis = (eye.rotation * Vector2::new(cosine, 0.0)).push(-sine);
+            assert_close(optical.rotation * Vector3::z(), axis);
+        }
+    }
+}
+
+#[test]
+fn odometry_is_the_robots_pose_and_says_that_it_is_exact() {
+    let pose = Isometry2::new(Vector2::new(0.5, -0.25), 2.5);
+    let message = odometry(&pose, NOW);
+    assert_eq!(message.header, Header { stamp: NOW, frame_id: "odom".to_owned() });
+    assert_eq!(message.child_frame_id, "base_link");
+    let Point { x, y, z } = message.pose.pose.position;
+    assert_eq!((x, y, z), (0.5, -0.25, 0.0));
+    let (roll, pitch, yaw) = rotation(&message.pose.pose.orientation).euler_angles();
+    assert!(roll.abs() < 1e-15 && pitch.abs() < 1e-15 && (yaw - 2.5).abs() < 1e-15);
+    assert_eq!(message.pose.covariance, [[0.0; 6]; 6]);
+    assert_eq!(message.twist, Default::default());
+}
+
+#[test]
+fn a_path_has_the_time_and_place_of_every_visit() {
+    let visits = [(500_000_000, 0.1), (1_000_000_000, 0.2)]
+        .map(|(time, x)| Visit { time, pose: Isometry2::translation(x, 0.0) });
+    let message = path(&visits, NOW);
+    assert_eq!(message.header, Header { stamp: NOW, frame_id: "odom".to_owned() });
+    let found: Vec<(Header, f64)> =
+        message.poses.into_iter().map(|pose| (pose.header, pose.pose.position.x)).collect();
+    let expected = [(0, 500_000_000, 0.1), (1, 0, 0.2)]
+        .map(|(sec, nanosec, x)| (header("odom", Time { sec, nanosec }), x));
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn camera_info_goes_with_its_image() {
+    let world = fixed_world(Scenario::Empty, &[], &[], &[]);
+    let camera = Camera::new(CameraSettings::default()).unwrap();
+    let (image, info) = (image(&camera.render(&world), NOW), camera_info(NOW));
+    assert_eq!(info.header, image.header);
+    assert_eq!(info.header, Header { stamp: NOW, frame_id: "camera_optical_frame".to_owned() });
+    assert_eq!((info.width, info.height), (image.width, image.height));
+    assert_eq!(info.distortion_model, "equidistant");
+    assert_eq!(info.d, DISTORTION);
+    assert_eq!(info.k, [5.0, 0.0, 9.5, 0.0, 5.0, 3.0, 0.0, 0.0, 1.0]);
+    assert_eq!(info.p, [5.0, 0.0, 9.5, 0.0, 0.0, 5.0, 3.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
+}
+
+/// The markers of a namespace.
+fn of<'scene>(scene: &'scene MarkerArray, namespace: &str) -> Vec<&'scene Marker> {
+    scene.markers[1..].iter().filter(|marker| marker.ns == namespace).collect()
+}
+
+/// The corners of a box with the least and the greatest coordinates.
+fn extent(marker: &Marker) -> [[f64; 3]; 2] {
+    assert_eq!(marker.r#type, Marker::CUBE);
+    let pose = of_pose(&marker.pose);
+    let half = Vector3::new(marker.scale.x, marker.scale.y, marker.scale.z) / 2.0;
+    let (first, second) = (pose * Point3::from(-half), pose * Point3::from(half));
+    let rounded = |number: f64| (number * 1e9).round() / 1e9 + 0.0;
+    [first.inf(&second), first.sup(&second)].map(|corner| corner.coords.map(rounded).into())
+}
+
+#[test]
+fn every_scene_begins_by_clearing_and_has_a_name_for_each_marker() {
+    for scenario in Scenario::ALL {
+        let scene = scene(&fixed_world(scenario, &[], &[], &[]), NOW);
+        assert_eq!(scene.markers[0].action, Marker::DELETEALL);
+        let mut names: Vec<(&str, i32)> =
+            scene.markers[1..].iter().map(|marker| (marker.ns.as_str(), marker.id)).collect();
+        names.sort();
+        let count = names.len();
+        names.dedup();
+        assert_eq!(names.len(), count, "{scenario}: a name is used twice");
+        let obstacles = scenario.cylinders() + usize::from(scenario.concave());
+        assert_eq!(of(&scene, "obstacles").len(), obstacles, "{scenario}");
+        assert_eq!(count, 5 + 1 + obstacles + 2, "{scenario}");
+        for marker in &scene.markers {
+            assert_eq!(marker.header, Header { stamp: NOW, frame_id: "odom".to_owned() });
+            rotation(&marker.pose.orientation);
+        }
+    }
+}
+
+#[test]
+fn the_room_is_a_floor_and_four_walls_around_it() {
+    let scene = scene(&fixed_world(Scenario::Empty, &[], &[], &[]), NOW);
+    let room = of(&scene, "room");
+    let extents: Vec<[[f64; 3]; 2]> = room.iter().map(|marker| extent(marker)).collect();
+    assert_eq!(
+        extents,
+        [
+            [[-1.25, -1.25, -0.01], [1.25, 1.25, 0.0]],
+            [[1.25, -1.3, 0.0], [1.3, 1.3, 1.0]],
+            [[-1.25, 1.25, 0.0], [1.25, 1.3, 1.0]],
+            [[-1.3, -1.3, 0.0], [-1.25, 1.3, 1.0]],
+            [[-1.25, -1.3, 0.0], [1.25, -1.25, 1.0]],
+        ]
+    );
+    let colours: Vec<[f32; 3]> = room.iter().map(|m| [m.color.r, m.color.g, m.color.b]).collect();
+    assert_eq!(colours[0], [0.5; 3]);
+    assert_eq!(colours[1..], [[0.0, 0.0, 1.0]; 4]);
+}
+
+#[test]
+fn exit_robot_and_cylinders_are_where_they_are() {
+    let cylinders = [0.5, 0.5, -0.5, 0.5];
+    let robot = [0.25, -0.5, FRAC_PI_2];
+    let scene = scene(&fixed_world(Scenario::TwoCylinders, &[1.0, 0.5], &cylinders, &robot), NOW);
+    let exit = of(&scene, "exit")[0];
+    assert_eq!(extent(exit), [[0.25, 1.15, 0.0], [0.75, 1.35, 1.0]]);
+    assert_eq!([exit.color.r, exit.color.g, exit.color.b, exit.color.a], [0.0, 1.0, 0.0, 1.0]);
+    for (marker, centre) in of(&scene, "obstacles").into_iter().zip([(0.5, 0.5), (-0.5, 0.5)]) {
+        assert_eq!(marker.r#type, Marker::CYLINDER);
+        assert_eq!((marker.pose.position.x, marker.pose.position.y), centre);
+        assert_eq!(marker.pose.position.z, 0.15);
+        assert_eq!((marker.scale.x, marker.scale.y, marker.scale.z), (0.3048, 0.3048, 0.3));
+        assert_eq!([marker.color.r, marker.color.g, marker.color.b], [1.0, 0.0, 0.0]);
+    }
+    let [body, heading] = of(&scene, "robot")[..] else { panic!("a body and an arrow") };
+    assert_eq!(extent(body), [[0.175, -0.575, 0.0], [0.325, -0.425, 0.1]]);
+    assert_eq!(heading.r#type, Marker::ARROW);
+    assert_close(of_pose(&heading.pose) * Vector3::x(), Vector3::y());
+}
+
+/// The triangles close the wall all around and above: with the floor they hold as much as the wall.
+#[test]
+fn the_concave_wall_is_drawn_as_a_solid() {
+    let world = fixed_world(Scenario::Concave, &[], &[], &[]);
+    let scene = scene(&world, NOW);
+    let wall = of(&scene, "obstacles")[0];
+    assert_eq!((wall.r#type, wall.pose), (Marker::TRIANGLE_LIST, Pose::default()));
+    assert_eq!((wall.scale.x, wall.scale.y, wall.scale.z), (1.0, 1.0, 1.0));
+    assert_eq!([wall.color.r, wall.color.g, wall.color.b, wall.color.a], [1.0, 0.0, 0.0, 1.0]);
+
+    let corners: Vec<Vector3<f64>> =
+        wall.points.iter().map(|point| Vector3::new(point.x, point.y, point.z)).collect();
+    let (triangles, rest) = corners.as_chunks::<3>();
+    assert!(rest.is_empty());
+    // Six times the tetrahedron over each triangle from the origin, which is on the floor.
+    let volume = triangles.iter().map(|[a, b, c]| a.cross(b).dot(c)).sum::<f64>() / 6.0;
+    let top = triangles.iter().filter(|corners| corners.iter().all(|corner| corner.z == 0.25));
+    let area = top.map(|[a, b, c]| (b - a).cross(&(c - a)).z).sum::<f64>() / 2.0;
+    let outline = world.concave_wall().unwrap().outline();
+    let plan = (0..outline.len())
+        .map(|corner| {
+            let (from, to) = (outline[corner], outline[(corner + 1) % outline.len()]);
+            // Clockwise.
+            to.coords.perp(&from.coords) / 2.0
+        })
+        .sum::<f64>();
+    assert!((area - plan).abs() < 1e-12, "{area} m2 of {plan}");
+    assert!((volume - plan * 0.25).abs() < 1e-12, "{volume} m3 of {}", plan * 0.25);
+}
