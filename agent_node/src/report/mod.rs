@@ -7,11 +7,13 @@ mod axis;
 mod chart;
 mod confidence;
 mod curve;
+pub mod escape;
 mod figures;
 mod frame;
 mod moving_average;
 mod numbers;
 mod runs;
+mod section;
 mod table;
 mod tensorboard;
 
@@ -19,6 +21,7 @@ use askama::Template;
 
 pub use self::frame::CaptionedFrame;
 pub use self::runs::runs_table;
+pub use self::section::replace_section;
 pub use self::tensorboard::{TensorBoard, TensorBoardError};
 
 use self::chart::PlotError;

@@ -1,0 +1,84 @@
+//! The colours of a GIF's frame.
+
+use std::collections::HashMap;
+
+/// Stands for a pixel that is as it was in the frame before; no colour has this index.
+pub(super) const UNCHANGED: u8 = 255;
+
+/// The colours of a picture, the most frequent first.
+///
+/// The flat areas of a drawing are thus exact, and do not flicker from frame to frame; what may be
+/// a shade off are pixels at the edges of something.
+pub(super) struct Palette(Vec<[u8; 3]>);
+
+impl Palette {
+    /// The 255 most frequent colours, or all there are.
+    pub fn of(pixels: &[[u8; 3]]) -> Self {
+        let mut counts = HashMap::<[u8; 3], usize>::new();
+        for pixel in pixels {
+            *counts.entry(*pixel).or_default() += 1;
+        }
+        let mut counts: Vec<_> = counts.into_iter().collect();
+        // The colour decides between equals: a hash map has no order.
+        counts.sort_unstable_by_key(|(colour, count)| (usize::MAX - count, *colour));
+        let colours = counts.into_iter().map(|(colour, _)| colour);
+        Self(colours.take(UNCHANGED.into()).collect())
+    }
+
+    /// Red, green, blue, red and so on, 256 times: the index [`UNCHANGED`] needs a place too.
+    pub fn bytes(&self) -> Vec<u8> {
+        let mut bytes = self.0.as_flattened().to_vec();
+        bytes.resize(3 * 256, 0);
+        bytes
+    }
+
+    /// The index of each pixel's colour or of the nearest, and [`UNCHANGED`] where the pixel is that
+    /// of the frame before, which may be empty.
+    pub fn indices(&self, pixels: &[[u8; 3]], before: &[[u8; 3]]) -> Vec<u8> {
+        let exact = self.0.iter().zip(0..UNCHANGED).map(|(colour, index)| (*colour, index));
+        let mut known: HashMap<[u8; 3], u8> = exact.collect();
+        let index = |(place, pixel): (usize, &[u8; 3])| match before.get(place) {
+            Some(same) if same == pixel => UNCHANGED,
+            _ => *known.entry(*pixel).or_insert_with(|| self.nearest(*pixel)),
+        };
+        pixels.iter().enumerate().map(index).collect()
+    }
+
+    fn nearest(&self, pixel: [u8; 3]) -> u8 {
+        let distance = |colour: &[u8; 3]| -> u32 {
+            colour.iter().zip(pixel).map(|(one, other)| u32::from(one.abs_diff(other)).pow(2)).sum()
+        };
+        let colours = self.0.iter().zip(0..UNCHANGED);
+        colours.min_by_key(|(colour, _)| distance(colour)).map_or(0, |(_, index)| index)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frequent_colours_are_exact_and_others_the_nearest() {
+        let ground = [[250, 250, 250]; 1000];
+        let shades = (0..300_u16).map(|shade| [(shade / 2) as u8, (shade % 2) as u8, 9]);
+        let pixels: Vec<_> = ground.into_iter().chain(shades).collect();
+        let palette = Palette::of(&pixels);
+        let indices = palette.indices(&pixels, &[]);
+        assert_eq!(indices[..1000], [0; 1000]);
+        let colours = palette.bytes();
+        for (pixel, index) in pixels.iter().zip(indices) {
+            let colour = &colours[3 * usize::from(index)..][..3];
+            let off = pixel.iter().zip(colour).map(|(one, other)| one.abs_diff(*other)).max();
+            // The colours that found no place are the last 46 of the shades.
+            assert!(index != UNCHANGED && off <= Some(23), "{pixel:?} as {colour:?}");
+        }
+    }
+
+    #[test]
+    fn what_has_not_changed_is_left_as_it_is() {
+        let palette = Palette::of(&[[1, 2, 3], [4, 5, 6], [4, 5, 6]]);
+        assert_eq!(palette.bytes()[..6], [4, 5, 6, 1, 2, 3]);
+        let indices = palette.indices(&[[1, 2, 3], [4, 5, 6]], &[[1, 2, 3], [1, 2, 3]]);
+        assert_eq!(indices, [UNCHANGED, 0]);
+    }
+}
