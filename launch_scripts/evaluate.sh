@@ -4,7 +4,7 @@
 #   launch_scripts/evaluate.sh --model DIR [options] [-- ROS arguments for the agent]
 #
 #   --model DIR       the directory of a training
-#   --scenario NAME   the room (default: that of the training)
+#   --scenario NAME   the room, or mixed (default: that of the training)
 #   --episodes N      test episodes (default: 1000)
 #   --seed N          another seed, other rooms (default: 1)
 #   --max-steps N     steps after which an episode counts as a failure (default: 200)
@@ -36,11 +36,10 @@ fi
 
 build_nodes
 temporary=$(mktemp -d)
-oracle="$temporary/oracle.json"
-compute_oracle "$oracle" "$seed" "$episodes" "$scenario"
+compute_oracle "$seed" "$episodes" "$scenario"
 
 start_simulators 1
-run_agent evaluate --oracle "$oracle" --ros-args \
+run_agent evaluate "${oracle[@]}" --ros-args \
     -p "model:=$(yaml "$model")" -p "scenario:=$(yaml "$scenario")" \
     -p "episodes:=$episodes" -p "seed:=$seed" -p "max_steps:=$max_steps" \
     -p "out:=$(yaml "$out")" "${more[@]}"

@@ -105,10 +105,14 @@ stop_simulators() {
     simulators=()
 }
 
-# Writes to $1 the fewest possible steps of the test with seed $2 and $3 episodes in scenario $4.
+# Sets `oracle` to the agent's option for the fewest possible steps of the test with seed $1 and $2
+# episodes in scenario $3. Where each episode has a room of its own, nobody computes them.
 compute_oracle() {
-    "$bin/agent_node" seeds --seed "$2" --episodes "$3" >"$1.seeds"
-    "$bin/sim_node" oracle --scenario "$4" --seeds "$1.seeds" >"$1"
+    oracle=()
+    [[ "$3" != mixed && "$2" != 0 ]] || return 0
+    "$bin/agent_node" seeds --seed "$1" --episodes "$2" >"$temporary/seeds"
+    "$bin/sim_node" oracle --scenario "$3" --seeds "$temporary/seeds" >"$temporary/oracle.json"
+    oracle=(--oracle "$temporary/oracle.json")
 }
 
 temporary=

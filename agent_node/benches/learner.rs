@@ -1,25 +1,25 @@
 //! The learner's part of a step, by what it is made of: `cargo bench --package agent_node`.
 //!
-//! Preset `paper`, with a full memory.
+//! Both presets, with a full memory.
 
-use agent_node::learning::{
-    action::Action,
-    dyna_q::DynaQ,
-    image::Image,
-    network::QNetwork,
-    perceptron::Perceptron,
-    replay_memory::ReplayMemory,
-    seeds::{self, Sequence},
-    settings::{Preset, Settings},
+use agent_node::{
+    environment::Step,
+    learning::{
+        action::Action,
+        dyna_q::DynaQ,
+        image::Image,
+        network::QNetwork,
+        observation::{History, View, input_size},
+        perceptron::Perceptron,
+        replay_memory::ReplayMemory,
+        seeds::{self, Sequence},
+        settings::{Preset, Settings},
+    },
 };
 use divan::{Bencher, black_box};
 
 fn main() {
     divan::main();
-}
-
-fn settings() -> Settings {
-    Preset::Paper.settings()
 }
 
 /// An image unlike those of other numbers.
@@ -28,58 +28,74 @@ fn image(number: usize) -> Image {
     Image::try_from(bytes.as_slice()).expect("it has the size of an image")
 }
 
-/// Actions, rewards, ends and images to remember.
-fn experiences() -> impl Iterator<Item = (Action, f32, bool, Image)> {
-    (1..=settings().memory_capacity).map(|number| {
+/// Actions and what they led to.
+fn experiences(settings: &Settings) -> impl Iterator<Item = (Action, Step)> {
+    (1..=settings.memory_capacity).map(|number| {
         let action = Action::try_from((number % Action::COUNT) as u8).expect("below the count");
-        (action, -0.1, number % 40 == 0, image(number))
+        let (terminated, blocked) = (number % 40 == 0, number % 9 == 0);
+        let image = image(number);
+        (action, Step { image, reward: -0.1, terminated, truncated: false, blocked })
     })
 }
 
-fn learner() -> DynaQ {
-    let mut learner = DynaQ::new(settings(), 0, 1).expect("the preset describes a network");
+fn learner(preset: Preset) -> DynaQ {
+    let settings = preset.settings();
+    let mut learner = DynaQ::new(settings.clone(), 0, 1).expect("the preset describes a network");
     let mut state = learner.begin_episode(&image(0));
-    for (action, reward, terminated, next) in experiences() {
-        state = learner.remember(state, action, reward, terminated, &next);
+    for (action, step) in experiences(&settings) {
+        state = learner.remember(state, action, &step);
     }
     learner
 }
 
 /// The whole update: the draw, the batch, three passes and Adam.
-#[divan::bench(sample_size = 100)]
-fn update(bencher: Bencher) {
-    let mut learner = learner();
+#[divan::bench(args = Preset::ALL, sample_size = 100)]
+fn update(bencher: Bencher, preset: Preset) {
+    let mut learner = learner(preset);
     bencher.bench_local(|| learner.plan());
 }
 
 /// The values of one state, and the choice by them.
-#[divan::bench(sample_size = 1000)]
-fn inference(bencher: Bencher) {
-    let (mut learner, image) = (learner(), image(5));
-    bencher.bench_local(|| learner.act(&[(black_box(&image), 0.0)]));
+#[divan::bench(args = Preset::ALL, sample_size = 1000)]
+fn inference(bencher: Bencher, preset: Preset) {
+    let mut learner = learner(preset);
+    let state = learner.begin_episode(&image(5));
+    bencher.bench_local(|| learner.act(&[(black_box(state), 0.0)]));
 }
 
 /// The indices of a batch.
-#[divan::bench(sample_size = 1000)]
-fn draw(bencher: Bencher) {
-    let mut memory = ReplayMemory::new(settings().memory_capacity, 1);
+#[divan::bench(args = Preset::ALL, sample_size = 1000)]
+fn draw(bencher: Bencher, preset: Preset) {
+    let settings = preset.settings();
+    let mut memory = ReplayMemory::new(settings.memory_capacity, 1, settings.observation_frames);
     let mut state = memory.begin_episode(&image(0));
-    for (action, reward, terminated, next) in experiences() {
-        state = memory.store(state, action, reward, terminated, &next);
+    for (action, Step { reward, terminated, image, .. }) in experiences(&settings) {
+        state = memory.store(state, action, reward, terminated, &image);
     }
-    let mut batch = vec![0; settings().batch_size];
+    let mut batch = vec![0; settings.batch_size];
     let mut random = seeds::sequence(0, Sequence::Replay);
     bencher.bench_local(|| memory.draw(&mut batch, 0, &mut random));
 }
 
-/// The images of a batch as a network's inputs.
-#[divan::bench(sample_size = 1000)]
-fn images(bencher: Bencher) {
+/// The observations of a batch as a network's inputs.
+#[divan::bench(args = Preset::ALL, sample_size = 1000)]
+fn observations(bencher: Bencher, preset: Preset) {
+    let Settings { hidden_layers, observation_frames: frames, batch_size, .. } = preset.settings();
     let mut random = seeds::sequence(0, Sequence::Weights);
-    let network = QNetwork::new(&settings().hidden_layers, &mut random);
+    let network = QNetwork::new(input_size(frames), &hidden_layers, &mut random);
     let perceptron = network.and_then(|network| Perceptron::new(&network));
     let mut activations =
-        perceptron.expect("the preset describes a network").activations(settings().batch_size);
-    let images: Vec<Image> = (0..settings().batch_size).map(image).collect();
-    bencher.bench_local(|| activations.read_images(black_box(&images).iter().map(Image::bytes)));
+        perceptron.expect("the preset describes a network").activations(batch_size);
+    let mut histories = Vec::new();
+    for number in 0..batch_size {
+        let mut history = History::new(frames);
+        history.begin(image(number));
+        (1..frames).for_each(|back| history.push(Action::default(), image(number + back)));
+        histories.push(history);
+    }
+    bencher.bench_local(|| {
+        let observations =
+            black_box(&histories).iter().map(|history| (history.past(), View::PLAIN));
+        activations.read_observations(frames, observations);
+    });
 }

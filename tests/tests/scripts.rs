@@ -66,7 +66,7 @@ fn train_and_evaluate_leave_their_files() {
     for (name, arguments, expected) in [
         ("train.sh", &["--nonsense"][..], "unknown option '--nonsense'"),
         ("train.sh", &["--seed"], "--seed needs a value"),
-        ("train.sh", &["--preset", "nonsense"], "expected one of paper"),
+        ("train.sh", &["--preset", "nonsense"], "expected one of paper, robust"),
         ("bench.sh", &["--out"], "--out needs a value"),
         ("evaluate.sh", &[], "which model?"),
         ("evaluate.sh", &["--model", "/nowhere"], "no trained model in /nowhere"),

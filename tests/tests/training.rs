@@ -33,8 +33,17 @@ impl Listener for Silent {
 
 /// The same training in this process: `episodes.csv` and `model.safetensors`.
 fn in_process(scenario: &str, rooms: usize, directory: &Path) -> (Vec<u8>, Vec<u8>) {
+    in_process_by(Preset::default(), scenario, rooms, directory)
+}
+
+fn in_process_by(
+    preset: Preset,
+    scenario: &str,
+    rooms: usize,
+    directory: &Path,
+) -> (Vec<u8>, Vec<u8>) {
     let plan = Plan { scenario: scenario.to_owned(), episodes: EPISODES, seed: SEED, rooms };
-    let mut training = Training::new(plan, Preset::Paper.settings()).expect("a network");
+    let mut training = Training::new(plan, preset.settings()).expect("a network");
     let room = |_| Room::new(WorldSettings { max_steps: MAX_STEPS, ..Default::default() });
     let mut rooms: Vec<Room> = (0..rooms).map(room).collect();
     training.run(&mut rooms, &mut Silent).expect("a training");
@@ -70,13 +79,19 @@ fn assert_same(found: &(Vec<u8>, Vec<u8>), expected: &(Vec<u8>, Vec<u8>)) {
 
 #[test]
 fn over_dds_and_in_one_process_are_the_same_to_the_byte() {
-    for scenario in ["empty", "three_moving"] {
+    for (preset, scenario) in [
+        (Preset::Paper, "empty"),
+        (Preset::Paper, "three_moving"),
+        (Preset::Robust, "concave"),
+        (Preset::Robust, "mixed"),
+    ] {
         let mut nodes = Nodes::new();
         let out = nodes.path("run");
         start_simulator(&mut nodes);
-        start_agent(&mut nodes, &out, scenario, &[]);
+        start_agent(&mut nodes, &out, scenario, &[&format!("preset:={preset}")]);
         nodes.succeed("agent_node", TRAINING);
-        assert_same(&left_by(&out), &in_process(scenario, 1, &nodes.path("here")));
+        let here = in_process_by(preset, scenario, 1, &nodes.path("here"));
+        assert_same(&left_by(&out), &here);
     }
 }
 
@@ -148,7 +163,7 @@ fn a_run_leaves_its_files_and_its_config_repeats_it() {
     };
     let summary = json("summary.json");
     assert_eq!(summary["scenario"], "one_cylinder");
-    assert_eq!(summary["preset"], "paper");
+    assert_eq!(summary["preset"], "robust");
     assert_eq!((&summary["seed"], &summary["episodes"]), (&SEED.into(), &EPISODES.into()));
     let lines =
         String::from_utf8_lossy(&first.0).lines().skip(1).map(str::to_owned).collect::<Vec<_>>();
@@ -306,5 +321,5 @@ fn a_simulator_that_was_stopped_and_continued_says_so_and_ends() {
 #[test]
 fn both_nodes_know_the_same_rooms() {
     let names = sim_node::world::Scenario::ALL.map(|scenario| scenario.name());
-    assert_eq!(agent_node::ros::SCENARIOS, names);
+    assert_eq!(agent_node::learning::scenario::ROOMS, names);
 }

@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 /// The index of an action in the paper's action space, 0 to 6 by construction.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Action(u8);
 
 /// The turns of the actions, in degrees, counter-clockwise (eq. 3).
@@ -28,15 +28,73 @@ impl Action {
         TURNS_DEGREES[usize::from(self.0)]
     }
 
-    /// The action of the greatest value; of equal ones, the first.
-    pub fn greatest(values: &[f32; Action::COUNT]) -> Action {
-        let mut greatest = 0;
-        for index in 1..Action::COUNT {
-            if values[index] > values[greatest] {
-                greatest = index;
-            }
-        }
-        Action(greatest as u8)
+    /// All of them.
+    pub fn all() -> impl Iterator<Item = Action> {
+        (0..Action::COUNT as u8).map(Action)
+    }
+
+    /// The turn to the other side.
+    pub fn mirrored(self) -> Action {
+        Action(Action::COUNT as u8 - 1 - self.0)
+    }
+
+    /// The action of the greatest value among those that are not excluded; of equal ones, the first.
+    pub fn greatest(values: &[f32; Action::COUNT], excluded: ActionSet) -> Action {
+        let allowed = Action::all().filter(|action| !excluded.contains(*action));
+        let value = |action: Action| values[usize::from(action.0)];
+        allowed
+            .reduce(|best, action| if value(action) > value(best) { action } else { best })
+            .unwrap_or(Action(0))
+    }
+}
+
+/// Some of the actions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ActionSet(u8);
+
+impl ActionSet {
+    /// None of them.
+    pub const NONE: ActionSet = ActionSet(0);
+    const ALL: ActionSet = ActionSet((1 << Action::COUNT) - 1);
+
+    /// Whether an action is among them.
+    pub fn contains(self, action: Action) -> bool {
+        self.0 & (1 << action.0) != 0
+    }
+
+    /// These and one more.
+    pub fn with(self, action: Action) -> ActionSet {
+        ActionSet(self.0 | 1 << action.0)
+    }
+
+    /// How many they are.
+    pub fn len(self) -> usize {
+        self.0.count_ones() as usize
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// Their mirror images.
+    pub fn mirrored(self) -> ActionSet {
+        ActionSet(self.0.reverse_bits() >> (u8::BITS as usize - Action::COUNT))
+    }
+
+    /// These, or none where these are all.
+    pub fn unless_all(self) -> ActionSet {
+        if self == ActionSet::ALL { ActionSet::NONE } else { self }
+    }
+
+    /// One bit an action, from the least.
+    pub fn bits(self) -> u8 {
+        self.0
+    }
+
+    /// As [`ActionSet::bits`] gave them.
+    pub fn from_bits(bits: u8) -> Option<ActionSet> {
+        (bits <= ActionSet::ALL.0).then_some(ActionSet(bits))
     }
 }
 
@@ -64,7 +122,21 @@ mod tests {
 
     #[test]
     fn the_greatest_value_wins_and_the_first_of_equals() {
-        assert_eq!(Action::greatest(&[0.0, 0.5, -1.0, 0.5, 0.2, 0.0, 0.1]).index(), 1);
-        assert_eq!(Action::greatest(&[-3.0; 7]).index(), 0);
+        let values = [0.0, 0.5, -1.0, 0.5, 0.2, 0.0, 0.1];
+        assert_eq!(Action::greatest(&values, ActionSet::NONE).index(), 1);
+        assert_eq!(Action::greatest(&[-3.0; 7], ActionSet::NONE).index(), 0);
+        let excluded = ActionSet::NONE.with(Action(1));
+        assert_eq!(Action::greatest(&values, excluded).index(), 3);
+        assert_eq!(Action::greatest(&values, excluded.with(Action(3))).index(), 4);
+    }
+
+    #[test]
+    fn a_set_knows_its_actions() {
+        let set = Action::all().take(6).fold(ActionSet::NONE, ActionSet::with);
+        assert!(set.contains(Action(5)) && !set.contains(Action(6)));
+        assert_eq!((set.len(), set.unless_all()), (6, set));
+        assert_eq!(set.with(Action(6)).unless_all(), ActionSet::NONE);
+        assert_eq!(ActionSet::from_bits(set.bits()), Some(set));
+        assert_eq!(ActionSet::from_bits(128), None);
     }
 }

@@ -13,17 +13,18 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::{
-    action::Action,
+    action::{Action, ActionSet},
     image::Image,
     network::QNetwork,
+    observation::input_size,
     perceptron::Perceptron,
-    replay_memory::{Experience, ReplayMemory},
+    replay_memory::{Experience, Frame, ReplayMemory},
     settings::Settings,
     training::{CurrentEpisode, Plan, Progress, Training},
 };
 
 /// The form of the file; another one is refused.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 const METADATA_KEY: &str = "training";
 
 /// Why a file of tensors cannot be used.
@@ -105,8 +106,12 @@ pub fn model_bytes(network: &Perceptron) -> Result<Vec<u8>, candle_core::Error> 
 pub fn load_model(path: &Path, settings: &Settings) -> Result<QNetwork, LoadError> {
     let bytes = read(path)?;
     let (tensors, _) = parse(path, &bytes)?;
-    let network = QNetwork::new(&settings.hidden_layers, &mut ChaCha8Rng::from_seed([0; 32]))
-        .map_err(|error| does_not_fit(path, error))?;
+    let network = QNetwork::new(
+        input_size(settings.observation_frames),
+        &settings.hidden_layers,
+        &mut ChaCha8Rng::from_seed([0; 32]),
+    )
+    .map_err(|error| does_not_fit(path, error))?;
     network.with_tensors("", &tensors).map_err(|error| does_not_fit(path, error))
 }
 
@@ -115,10 +120,7 @@ impl Training {
     pub fn checkpoint_bytes(&self) -> Result<Vec<u8>, candle_core::Error> {
         let learner = &self.learner;
         let memory = &learner.memory;
-        // What is seen in the rooms is needed, too: it begins the next experiences.
-        let seen = self.progress.current.iter().flatten().filter_map(|current| current.image);
-        let mut needed = memory.needed_images();
-        needed.start = seen.fold(needed.start, u64::min);
+        let needed = memory.needed_images();
         let state = State {
             version: VERSION,
             scenario: self.plan.scenario.clone(),
@@ -142,16 +144,24 @@ impl Training {
         }
         let count = (needed.end - needed.start) as usize;
         let mut images = Vec::with_capacity(count * Image::BYTES);
-        needed.clone().for_each(|number| images.extend_from_slice(memory.image(number)));
+        let frames = || needed.clone().map(|number| memory.frame(number));
+        frames().for_each(|frame| images.extend_from_slice(&frame.image));
         tensors.push((
             "memory.images".into(),
             Tensor::from_vec(images, (count, Image::HEIGHT, Image::WIDTH, 3), device)?,
         ));
-        let mut column = |name: &str, value: &dyn Fn(Experience) -> u32| {
-            let values: Vec<u32> = memory.oldest_first().map(value).collect();
+        let mut add = |name: &str, values: Vec<u32>| {
             let count = values.len();
             tensors.push((format!("memory.{name}"), Tensor::from_vec(values, count, device)?));
             Ok::<(), candle_core::Error>(())
+        };
+        let mut image_column =
+            |name: &str, value: &dyn Fn(&Frame) -> u32| add(name, frames().map(value).collect());
+        image_column("images.back", &|f| f.before.map_or(0, |(back, _)| back.into()))?;
+        image_column("images.action", &|f| f.before.map_or(0, |(_, a)| a.index().into()))?;
+        image_column("images.tried", &|f| f.tried.bits().into())?;
+        let mut column = |name: &str, value: &dyn Fn(Experience) -> u32| {
+            add(name, memory.oldest_first().map(value).collect())
         };
         // Images are counted from the first one in the file. Rewards go as bits, to stay exact.
         column("state", &|e| (e.state - needed.start) as u32)?;
@@ -206,9 +216,8 @@ impl Training {
             parameters.read(&saved).map_err(|error| does_not_fit(path, error))?;
         }
         learner.adam.step = state.adam_step;
-        let capacity = learner.settings.memory_capacity;
-        learner.memory = memory(&tensors, (capacity, state.rooms), state.first_image, state.oldest)
-            .map_err(damaged)?;
+        learner.memory =
+            memory(&tensors, &learner.memory, state.first_image, state.oldest).map_err(damaged)?;
         let images = state.first_image..learner.memory.next_image();
         let mut seen = state.progress.current.iter().flatten().filter_map(|current| current.image);
         if !seen.all(|image| images.contains(&image)) {
@@ -276,10 +285,11 @@ fn difference(saved: &Settings, given: &Settings) -> String {
 
 fn memory(
     tensors: &HashMap<String, Tensor>,
-    (capacity, rooms): (usize, usize),
+    empty: &ReplayMemory,
     first_image: u64,
     oldest: usize,
 ) -> Result<ReplayMemory, String> {
+    let action = |index: u32| u8::try_from(index).ok().and_then(|a| Action::try_from(a).ok());
     let tensor = |name: &str| {
         let name = format!("memory.{name}");
         tensors.get(&name).ok_or(format!("{name} is missing"))
@@ -291,20 +301,36 @@ fn memory(
     let images = images.map_err(|error| format!("memory.images: {error}"))?;
     let (images, rest) = images.as_chunks();
     let count = images.len();
+    let [backs, actions, tried] = ["images.back", "images.action", "images.tried"].map(column);
+    let (backs, actions, tried) = (backs?, actions?, tried?);
+    if [&backs, &actions, &tried].iter().any(|column| column.len() != count) {
+        return Err("columns of images are unequal".into());
+    }
+    let mut frames = Vec::with_capacity(count);
+    for (index, image) in images.iter().enumerate() {
+        let back = u16::try_from(backs[index]).ok();
+        let bits = u8::try_from(tried[index]).ok();
+        let (Some(back), Some(action), Some(tried)) =
+            (back, action(actions[index]), bits.and_then(ActionSet::from_bits))
+        else {
+            return Err(format!("image {index} has come about in a way that is not possible"));
+        };
+        let before = (back > 0).then_some((back, action));
+        frames.push(Frame { image: *image, before, tried });
+    }
     let [states, next_states, actions, rewards, terminated] =
         ["state", "next_state", "action", "reward_bits", "terminated"].map(column);
     let (states, next_states, actions, rewards, terminated) =
         (states?, next_states?, actions?, rewards?, terminated?);
     let length = states.len();
     let columns = [&next_states, &actions, &rewards, &terminated];
-    if length > capacity || columns.iter().any(|column| column.len() != length) {
+    if length > empty.capacity() || columns.iter().any(|column| column.len() != length) {
         return Err(format!("a memory of {length} experiences, or of unequal columns"));
     }
     let mut experiences = Vec::with_capacity(length);
     for index in 0..length {
         let reward = f32::from_bits(rewards[index]);
-        let action = u8::try_from(actions[index]).ok().and_then(|a| Action::try_from(a).ok());
-        let (Some(action), true) = (action, reward.is_finite()) else {
+        let (Some(action), true) = (action(actions[index]), reward.is_finite()) else {
             return Err(format!("experience {index} has a wrong action or reward"));
         };
         let (state, next_state) = (states[index], next_states[index]);
@@ -320,14 +346,14 @@ fn memory(
             terminated: terminated[index] != 0,
         });
     }
-    if count > ReplayMemory::most_images(capacity, rooms) || !rest.is_empty() {
+    if !rest.is_empty() {
         return Err(format!("memory.images has {count} images and {} bytes more", rest.len()));
     }
     // Until the memory is full, the oldest experience is the first.
-    if oldest != 0 && (length < capacity || oldest >= length) {
+    if oldest != 0 && (length < empty.capacity() || oldest >= length) {
         return Err(format!("the oldest of {length} experiences cannot have the index {oldest}"));
     }
-    Ok(ReplayMemory::restore((capacity, rooms), experiences, oldest, first_image, images))
+    Ok(empty.restore(experiences, oldest, first_image, frames.into_iter()))
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, LoadError> {
@@ -411,7 +437,7 @@ mod tests {
             (r#""episode":1,"image":null"#, r#""episode":2,"image":null"#),
             (r#""episode":1,"image":null"#, r#""episode":1,"image":0"#),
             (r#""begun":null"#, r#""begun":{"actions":[1],"updates":0}"#),
-            (r#""version":2"#, r#""version":1"#),
+            (r#""version":3"#, r#""version":2"#),
             (r#""position":"0""#, r#""position":"y""#),
         ] {
             let result = load(&with_state(&bytes, from, to), plan(), settings.clone());

@@ -5,15 +5,17 @@ use rand::{Rng, RngExt};
 use rand_chacha::ChaCha8Rng;
 
 use super::{
-    action::Action,
+    action::{Action, ActionSet},
     image::Image,
     network::QNetwork,
+    observation::{View, input_size},
     perceptron::{Activations, Adam, Perceptron},
     policy,
     replay_memory::ReplayMemory,
     seeds::{self, Sequence},
-    settings::Settings,
+    settings::{Settings, TargetUpdate},
 };
+use crate::environment::Step;
 
 /// What the agent does in a state, and why.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,8 +46,12 @@ pub struct DynaQ {
     batch_activations: Activations,
     /// The indices of the batch that was drawn last.
     pub(super) batch: Vec<usize>,
-    /// `R + gamma max_a' Q(s', a'; w_target)` for each experience of it.
+    /// `R + gamma Q(s', a'; w_target)` for each experience of it.
     targets: Vec<f32>,
+    /// `a'`, the best action in each next state.
+    choices: Vec<Action>,
+    /// How each experience is looked at.
+    pub(super) views: Vec<View>,
 }
 
 impl DynaQ {
@@ -53,38 +59,47 @@ impl DynaQ {
     /// as a copy of the training network.
     pub fn new(settings: Settings, seed: u64, rooms: usize) -> Result<DynaQ> {
         let mut random = seeds::sequence(seed, Sequence::Weights);
-        let train = Perceptron::new(&QNetwork::new(&settings.hidden_layers, &mut random)?)?;
-        let betas = (settings.adam_beta1, settings.adam_beta2);
+        let inputs = input_size(settings.observation_frames);
+        let network = QNetwork::new(inputs, &settings.hidden_layers, &mut random)?;
+        let train = Perceptron::new(&network)?;
         let batch = settings.batch_size;
-        let (rate, epsilon) = (settings.learning_rate, settings.adam_epsilon);
         Ok(DynaQ {
-            memory: ReplayMemory::new(settings.memory_capacity, rooms),
+            memory: ReplayMemory::new(settings.memory_capacity, rooms, settings.observation_frames),
             exploration_random: seeds::sequence(seed, Sequence::Exploration),
             replay_random: seeds::sequence(seed, Sequence::Replay),
+            adam: Adam::new(&train, &settings),
+            activations: train.activations(rooms),
             settings,
             target: train.clone(),
-            adam: Adam::new(&train, batch, rate, betas, epsilon),
-            activations: train.activations(rooms),
             batch_activations: train.activations(batch),
             batch: vec![0; batch],
             targets: vec![0.0; batch],
+            choices: vec![Action::default(); batch],
+            views: vec![View::PLAIN; batch],
             train,
         })
     }
 
-    /// Chooses an action in each room, given what is seen there and epsilon: with probability epsilon
-    /// any of the seven alike, otherwise the best. There are at most as many as the learner was made
-    /// for.
-    pub fn act(&mut self, states: &[(&Image, f64)]) -> Vec<Decision> {
-        self.activations.read_images(states.iter().map(|(image, _)| image.bytes()));
+    /// Chooses an action in each room, given the number of what is seen there and epsilon: with
+    /// probability epsilon any action alike, otherwise the best. There are at most as many as the
+    /// learner was made for.
+    pub fn act(&mut self, states: &[(u64, f64)]) -> Vec<Decision> {
+        let Settings { observation_frames, avoid_repetition, .. } = self.settings;
+        let memory = &self.memory;
+        let observations = states.iter().map(|(state, _)| (memory.past(*state), View::PLAIN));
+        self.activations.read_observations(observation_frames, observations);
         self.train.forward(&mut self.activations);
         let random = &mut self.exploration_random;
-        let decide = |((_, epsilon), outputs): (&(&Image, f64), &[f32])| {
+        let decide = |((state, epsilon), outputs): (&(u64, f64), &[f32])| {
             let values = policy::of_actions(outputs);
+            let excluded = match avoid_repetition {
+                true => memory.frame(*state).tried,
+                false => ActionSet::NONE,
+            };
             let explored = random.random::<f64>() < *epsilon;
             let action = match explored {
-                true => random_action(random),
-                false => Action::greatest(&values),
+                true => random_action(random, excluded),
+                false => Action::greatest(&values, excluded),
             };
             Decision { action, values: Some(values), explored }
         };
@@ -97,15 +112,9 @@ impl DynaQ {
     }
 
     /// Stores the experience `(s, a, s', R)`, given the number of `s`; returns that of `s'`.
-    pub fn remember(
-        &mut self,
-        state: u64,
-        action: Action,
-        reward: f32,
-        terminated: bool,
-        next_state: &Image,
-    ) -> u64 {
-        self.memory.store(state, action, reward, terminated, next_state)
+    pub fn remember(&mut self, state: u64, action: Action, step: &Step) -> u64 {
+        let extra = if step.blocked { self.settings.blocked_reward as f32 } else { 0.0 };
+        self.memory.store(state, action, step.reward + extra, step.terminated, &step.image)
     }
 
     /// Experience replay: one update of the training network from a batch of memories. Returns the
@@ -117,7 +126,20 @@ impl DynaQ {
     /// Draws the batch of an update; false while there are too few memories. It is that of an update
     /// after `more` further experiences, which need not be there yet.
     pub(super) fn draw(&mut self, more: usize) -> bool {
-        self.memory.draw(&mut self.batch, more, &mut self.replay_random)
+        let random = &mut self.replay_random;
+        let is_drawn = self.memory.draw(&mut self.batch, more, random);
+        let Settings { observation_frames, mirror, history_dropout, .. } = self.settings;
+        // No number is drawn for what a preset does without.
+        if is_drawn && (mirror || history_dropout > 0.0) {
+            for view in &mut self.views {
+                view.mirrored = mirror && random.random();
+                view.frames = match random.random::<f64>() < history_dropout {
+                    true => random.random_range(1..=observation_frames),
+                    false => observation_frames,
+                };
+            }
+        }
+        is_drawn
     }
 
     /// Whether the batch needs one of the next experiences, so many of them.
@@ -129,44 +151,75 @@ impl DynaQ {
     /// over the batch of `(R + gamma max_a' Q(s', a'; w_target) - Q(s, a; w_train))^2` (eq. 5);
     /// nothing is changed if it is not finite.
     pub(super) fn update(&mut self) -> f32 {
-        let batch = &self.batch;
+        let Settings { observation_frames: frames, double_q, avoid_repetition, .. } = self.settings;
         let (memory, activations) = (&self.memory, &mut self.batch_activations);
-        memory.fetch(batch);
-        let experiences = || batch.iter().map(|index| memory.get(*index));
-        activations
-            .read_images(experiences().map(|experience| memory.image(experience.next_state)));
-        self.target.forward(activations);
-        for ((target, values), experience) in
-            self.targets.iter_mut().zip(activations.outputs()).zip(experiences())
+        memory.fetch(&self.batch);
+        let experiences = || self.batch.iter().map(|index| memory.get(*index)).zip(&self.views);
+
+        let next_states = experiences().map(|(e, view)| (memory.past(e.next_state), *view));
+        activations.read_observations(frames, next_states);
+        let choosing = if double_q { &self.train } else { &self.target };
+        choosing.forward(activations);
+        for ((choice, values), (experience, view)) in
+            self.choices.iter_mut().zip(activations.outputs()).zip(experiences())
         {
-            let best = values[..Action::COUNT].iter().copied().fold(f32::NEG_INFINITY, f32::max);
+            let excluded = match avoid_repetition {
+                true => view.actions(memory.frame(experience.next_state).tried),
+                false => ActionSet::NONE,
+            };
+            *choice = Action::greatest(&policy::of_actions(values), excluded);
+        }
+        if double_q {
+            self.target.forward(activations);
+        }
+        for (((target, values), choice), (experience, _)) in
+            self.targets.iter_mut().zip(activations.outputs()).zip(&self.choices).zip(experiences())
+        {
+            let best = values[usize::from(choice.index())];
             let discount = if experience.terminated { 0.0 } else { self.settings.discount as f32 };
             *target = experience.reward + discount * best;
         }
 
-        activations.read_images(experiences().map(|experience| memory.image(experience.state)));
+        let states = experiences().map(|(e, view)| (memory.past(e.state), *view));
+        activations.read_observations(frames, states);
         self.train.forward(activations);
         let gradient = self.adam.output_gradient();
         gradient.fill(0.0);
         let mut loss = 0.0;
-        let size = batch.len() as f32;
+        let size = self.batch.len() as f32;
         let rows = gradient.chunks_exact_mut(activations.output_width());
-        for (((gradient, values), target), experience) in
+        for (((gradient, values), target), (experience, view)) in
             rows.zip(activations.outputs()).zip(&self.targets).zip(experiences())
         {
-            let action = usize::from(experience.action.index());
+            let action = usize::from(view.action(experience.action).index());
             let error = values[action] - target;
             loss += error * error / size;
             gradient[action] = 2.0 * error / size;
         }
         if loss.is_finite() {
             self.adam.update(&mut self.train, activations);
+            if self.settings.target_update_at == TargetUpdate::Update {
+                self.update_target();
+            }
         }
         loss
     }
 
-    /// Moves the target network towards the training network (eq. 6).
+    /// Says how much of the training is done, from 0 to 1.
+    pub fn set_progress(&mut self, progress: f64) {
+        let Settings { learning_rate, final_learning_rate, .. } = self.settings;
+        self.adam.learning_rate = learning_rate + (final_learning_rate - learning_rate) * progress;
+    }
+
+    /// An episode has ended.
     pub fn end_episode(&mut self) {
+        if self.settings.target_update_at == TargetUpdate::Episode {
+            self.update_target();
+        }
+    }
+
+    /// Moves the target network towards the training network (eq. 6).
+    fn update_target(&mut self) {
         self.target.move_towards(&self.train, self.settings.target_update as f32);
     }
 
@@ -196,26 +249,36 @@ impl DynaQ {
     }
 }
 
-fn random_action(random: &mut impl Rng) -> Action {
-    let index = random.random_range(0..Action::COUNT as u8);
-    Action::try_from(index).expect("the range is that of the actions")
+/// Any action that is not excluded.
+fn random_action(random: &mut impl Rng, excluded: ActionSet) -> Action {
+    let allowed = Action::COUNT - excluded.len();
+    let place = random.random_range(0..allowed.max(1) as u8);
+    let mut actions = Action::all().filter(|action| !excluded.contains(*action));
+    actions.nth(place.into()).unwrap_or_default()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::learning::settings::Preset;
+    use crate::learning::{policy::Policy, settings::Preset};
 
     fn image(brightness: u8) -> Image {
         Image::try_from([brightness; Image::BYTES].as_slice()).unwrap()
     }
 
     fn values(network: &Perceptron, image: &Image) -> [f32; Action::COUNT] {
-        policy::values(network, &mut network.activations(1), image)
+        let network = network.network().unwrap();
+        let mut policy = Policy::new(&network, &Preset::Paper.settings()).unwrap();
+        policy.begin(image.clone());
+        policy.decide().values.unwrap()
     }
 
     fn action(index: u8) -> Action {
         Action::try_from(index).unwrap()
+    }
+
+    fn step(image: Image, terminated: bool) -> Step {
+        Step { image, reward: -0.1, terminated, truncated: false, blocked: false }
     }
 
     /// A learner with a memory of one step, `terminated` or not.
@@ -226,7 +289,7 @@ mod tests {
             network.read(&network.network().unwrap().randomized(seed)).unwrap();
         }
         let state = learner.begin_episode(&image(50));
-        learner.remember(state, action(2), -0.1, terminated, &image(200));
+        learner.remember(state, action(2), &step(image(200), terminated));
         learner
     }
 
@@ -263,9 +326,9 @@ mod tests {
     fn no_update_before_the_batch_can_be_filled() {
         let mut learner = DynaQ::new(Preset::Paper.settings(), 5, 1).unwrap();
         let mut state = learner.begin_episode(&image(0));
-        for step in 1..=50 {
+        for number in 1..=50 {
             assert_eq!(learner.plan(), None);
-            state = learner.remember(state, action(0), -0.1, false, &image(step));
+            state = learner.remember(state, action(0), &step(image(number), false));
         }
         assert!(learner.plan().is_some());
     }
@@ -273,30 +336,71 @@ mod tests {
     #[test]
     fn epsilon_one_explores_every_action_alike_and_zero_never_explores() {
         let mut learner = DynaQ::new(Preset::Paper.settings(), 5, 1).unwrap();
+        let state = learner.begin_episode(&image(9));
         let mut counts = [0; Action::COUNT];
         for _ in 0..7000 {
-            let decision = learner.act(&[(&image(9), 1.0)]).remove(0);
+            let decision = learner.act(&[(state, 1.0)]).remove(0);
             assert!(decision.explored);
             counts[usize::from(decision.action.index())] += 1;
         }
         assert!(counts.iter().all(|count| (880..1120).contains(count)), "{counts:?}");
         for _ in 0..100 {
-            let decision = learner.act(&[(&image(9), 0.0)]).remove(0);
+            let decision = learner.act(&[(state, 0.0)]).remove(0);
             assert!(!decision.explored);
-            assert_eq!(decision.action, Action::greatest(&decision.values.unwrap()));
+            let best = Action::greatest(&decision.values.unwrap(), ActionSet::NONE);
+            assert_eq!(decision.action, best);
         }
     }
 
     #[test]
     fn deciding_for_several_rooms_at_once_is_deciding_for_one_after_the_other() {
-        let mut learner = DynaQ::new(Preset::Paper.settings(), 5, 3).unwrap();
-        let images = [image(9), image(120), image(240)];
-        let states: Vec<(&Image, f64)> = images.iter().zip([0.5, 0.1, 0.9]).collect();
-        let mut alone = learner.clone();
-        for _ in 0..50 {
-            let each: Vec<Decision> =
-                states.iter().flat_map(|state| alone.act(std::slice::from_ref(state))).collect();
-            assert_eq!(learner.act(&states), each);
+        for preset in Preset::ALL {
+            let mut learner = DynaQ::new(preset.settings(), 5, 3).unwrap();
+            learner.train.read(&learner.train.network().unwrap().randomized(1)).unwrap();
+            let images = [image(9), image(120), image(240)];
+            let states = images.iter().map(|image| learner.begin_episode(image));
+            let states: Vec<(u64, f64)> = states.zip([0.5, 0.1, 0.9]).collect();
+            let mut alone = learner.clone();
+            for _ in 0..50 {
+                let each = states.iter().flat_map(|state| alone.act(std::slice::from_ref(state)));
+                assert_eq!(learner.act(&states), each.collect::<Vec<Decision>>());
+            }
+        }
+    }
+
+    /// Training decides as the trained policy will, by the same observation.
+    #[test]
+    fn without_exploration_the_learner_does_what_the_policy_does() {
+        for preset in Preset::ALL {
+            let mut learner = DynaQ::new(preset.settings(), 5, 1).unwrap();
+            let network = learner.train.network().unwrap().randomized(3);
+            learner.train.read(&network).unwrap();
+            let mut policy = Policy::new(&network, &preset.settings()).unwrap();
+            let mut state = learner.begin_episode(&image(1));
+            policy.begin(image(1));
+            for number in 1..200u8 {
+                let decision = learner.act(&[(state, 0.0)]).remove(0);
+                assert_eq!(decision, policy.decide(), "{preset}, step {number}");
+                // Some images come twice, some again after a while, and some for long.
+                let next = image(if number > 150 { 9 } else { number / 2 % 30 });
+                policy.observe(decision.action, next.clone());
+                state = learner.remember(state, decision.action, &step(next, false));
+            }
+        }
+    }
+
+    #[test]
+    fn what_was_tried_in_vain_is_not_repeated() {
+        let mut learner = DynaQ::new(Preset::Robust.settings(), 5, 1).unwrap();
+        let mut state = learner.begin_episode(&image(1));
+        for epsilon in [0.0, 1.0] {
+            let mut done = Vec::new();
+            for _ in 0..Action::COUNT {
+                let decision = learner.act(&[(state, epsilon)]).remove(0);
+                assert!(!done.contains(&decision.action), "{done:?} and {:?}", decision.action);
+                done.push(decision.action);
+                state = learner.remember(state, decision.action, &step(image(1), false));
+            }
         }
     }
 

@@ -3,10 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    action::Action,
     dyna_q::Decision,
     image::Image,
     policy::Policy,
+    scenario::room_of_episode,
     seeds::{Purpose, episode_seed},
     training::TrainingError,
 };
@@ -15,7 +15,7 @@ use crate::environment::Environment;
 /// What a test is of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TestPlan {
-    /// The scenario of every reset.
+    /// The scenario of every reset, or [`MIXED`](super::scenario::MIXED).
     pub scenario: String,
     /// How many episodes.
     pub episodes: u32,
@@ -56,13 +56,13 @@ pub fn run_test(
 ) -> Result<Vec<TestEpisode>, TrainingError> {
     let mut episodes = Vec::new();
     for episode in 0..plan.episodes {
-        let mut image =
-            room.reset(episode_seed(Purpose::Test, plan.seed, episode), &plan.scenario)?;
+        let seed = episode_seed(Purpose::Test, plan.seed, episode);
+        let scenario = room_of_episode(&plan.scenario, Purpose::Test, plan.seed, episode);
+        let mut image = room.reset(seed, scenario)?;
+        policy.begin(image.clone());
         let mut result = TestEpisode { episode, steps: 0, blocked: 0, escaped: false };
         while result.steps < plan.max_steps {
-            let values = policy.values(&image);
-            let action = Action::greatest(&values);
-            let decision = Decision { action, values: Some(values), explored: false };
+            let decision = policy.decide();
             listener.step(episode, result.steps, &image, &decision);
             let step = room.step(&decision)?;
             result.steps += 1;
@@ -71,6 +71,7 @@ pub fn run_test(
             if step.terminated || step.truncated {
                 break;
             }
+            policy.observe(decision.action, step.image.clone());
             image = step.image;
         }
         listener.episode(&result);

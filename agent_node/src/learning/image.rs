@@ -24,6 +24,18 @@ impl Image {
         &self.0
     }
 
+    /// The image with left and right exchanged.
+    pub fn mirrored(bytes: &[u8; Image::BYTES]) -> [u8; Image::BYTES] {
+        let mut mirrored = [0; Image::BYTES];
+        let rows = bytes.chunks_exact(3 * Image::WIDTH);
+        for (to, from) in mirrored.chunks_exact_mut(3 * Image::WIDTH).zip(rows) {
+            for (to, from) in to.chunks_exact_mut(3).zip(from.rchunks_exact(3)) {
+                to.copy_from_slice(from);
+            }
+        }
+        mirrored
+    }
+
     /// Writes the image as a network's input: every byte divided by 255.
     #[inline(always)]
     pub fn write_input(bytes: &[u8; Image::BYTES], input: &mut [f32; Image::BYTES]) {

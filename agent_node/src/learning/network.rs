@@ -1,4 +1,4 @@
-//! The deep Q-network: a multilayer perceptron from an image to the values of the seven actions.
+//! The deep Q-network: a multilayer perceptron from an observation to the values of the seven actions.
 //!
 //! Here it is described, initialised, named for files and, in tests, computed by candle;
 //! [`super::perceptron`] computes it in the loop.
@@ -11,7 +11,7 @@ use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 use thiserror::Error;
 
-use super::{action::Action, image::Image};
+use super::action::Action;
 
 /// A multilayer perceptron with ReLU between its layers, and none behind the last.
 ///
@@ -55,9 +55,9 @@ impl QNetwork {
     /// state. True values are never positive, and that of leaving the room is exactly 0, which then
     /// looks worse than staying: the agent avoids the exit until the target network, which moves once
     /// an episode, has sunk below 0. From values of zero, nothing has to be unlearnt first.
-    pub fn new(hidden_layers: &[usize], random: &mut impl Rng) -> Result<QNetwork> {
+    pub fn new(inputs: usize, hidden_layers: &[usize], random: &mut impl Rng) -> Result<QNetwork> {
         let mut layers = Vec::new();
-        let mut inputs = Image::BYTES;
+        let mut inputs = inputs;
         let sizes = hidden_layers.iter().copied().chain([Action::COUNT]);
         for (layer, outputs) in sizes.enumerate() {
             let is_output = layer == hidden_layers.len();
@@ -86,7 +86,7 @@ impl QNetwork {
             .map(|layer| (layer.weight(), layer.bias().expect("every layer is made with a bias")))
     }
 
-    /// The values of the actions: `[batch, 420]` to `[batch, 7]`.
+    /// The values of the actions: `[batch, inputs]` to `[batch, 7]`.
     pub fn forward(&self, inputs: &Tensor) -> Result<Tensor> {
         let (last, hidden) = self.layers.split_last().expect("the output layer always exists");
         let mut values = inputs.clone();
@@ -166,7 +166,7 @@ mod tests {
     use super::*;
 
     fn network() -> QNetwork {
-        QNetwork::new(&[64, 128, 64], &mut ChaCha8Rng::from_seed([7; 32])).unwrap()
+        QNetwork::new(420, &[64, 128, 64], &mut ChaCha8Rng::from_seed([7; 32])).unwrap()
     }
 
     #[test]

@@ -1,45 +1,65 @@
-//! What a network makes of an image.
+//! What a trained network does.
 
 use candle_core::Result;
 
 use super::{
-    action::Action,
+    action::{Action, ActionSet},
+    dyna_q::Decision,
     image::Image,
     network::QNetwork,
+    observation::{History, View},
     perceptron::{Activations, Perceptron},
+    settings::Settings,
 };
 
-/// A trained network at work.
+/// A trained network at work: it takes the action of the greatest value, and explores nothing.
 #[derive(Clone, Debug)]
 pub struct Policy {
     network: Perceptron,
     activations: Activations,
+    frames: usize,
+    avoid_repetition: bool,
+    history: History,
 }
 
 impl Policy {
-    /// The policy of a network.
-    pub fn new(network: &QNetwork) -> Result<Policy> {
+    /// The policy of a network, which sees and does as the settings say.
+    pub fn new(network: &QNetwork, settings: &Settings) -> Result<Policy> {
         let network = Perceptron::new(network)?;
-        let activations = network.activations(1);
-        Ok(Policy { network, activations })
+        let Settings { observation_frames: frames, avoid_repetition, .. } = *settings;
+        Ok(Policy {
+            activations: network.activations(1),
+            network,
+            frames,
+            avoid_repetition,
+            history: History::new(frames),
+        })
     }
 
-    /// The values of the seven actions in one state.
-    pub fn values(&mut self, image: &Image) -> [f32; Action::COUNT] {
-        values(&self.network, &mut self.activations, image)
+    /// An episode begins with what the robot sees.
+    pub fn begin(&mut self, image: Image) {
+        self.history.begin(image);
     }
-}
 
-/// The values that a network gives the seven actions in one state; the activations are of a batch
-/// of one.
-pub(super) fn values(
-    network: &Perceptron,
-    activations: &mut Activations,
-    image: &Image,
-) -> [f32; Action::COUNT] {
-    activations.read_images(std::iter::once(image.bytes()));
-    network.forward(activations);
-    activations.outputs().next().map_or([f32::NAN; Action::COUNT], of_actions)
+    /// An action has led to what the robot sees.
+    pub fn observe(&mut self, action: Action, image: Image) {
+        self.history.push(action, image);
+    }
+
+    /// What it does now, and the values of all actions.
+    pub fn decide(&mut self) -> Decision {
+        let observation = std::iter::once((self.history.past(), View::PLAIN));
+        self.activations.read_observations(self.frames, observation);
+        self.network.forward(&mut self.activations);
+        let outputs = self.activations.outputs().next();
+        let values = outputs.map_or([f32::NAN; Action::COUNT], of_actions);
+        let excluded = match self.avoid_repetition {
+            true => self.history.tried(),
+            false => ActionSet::NONE,
+        };
+        let action = Action::greatest(&values, excluded);
+        Decision { action, values: Some(values), explored: false }
+    }
 }
 
 /// The values of the actions among the outputs for a state, behind which there is padding.

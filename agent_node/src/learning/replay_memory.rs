@@ -3,9 +3,15 @@
 //! Consecutive experiences share an image, so images are stored once, as bytes, and an experience
 //! points at two of them.
 
+use std::collections::VecDeque;
+
 use rand::{Rng, RngExt};
 
-use super::{action::Action, image::Image};
+use super::{
+    action::{Action, ActionSet},
+    image::Image,
+    observation::{HORIZON, Moment, tried},
+};
 
 /// One experience: `(s, a, s', R)`, and whether `s'` ended the episode at the exit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,32 +29,53 @@ pub struct Experience {
     pub terminated: bool,
 }
 
-/// The memory, a ring of experiences beside a ring of images.
+/// An image, and how it came about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// The bytes of the image.
+    pub image: [u8; Image::BYTES],
+    /// How far back the number of the image before it in the same episode is, and the action that
+    /// led from there to here; none for the first of an episode.
+    pub before: Option<(u16, Action)>,
+    /// The actions that have been tried in the same episode from the same image.
+    pub tried: ActionSet,
+}
+
+/// The memory: a ring of experiences, and the images that they need.
 ///
-/// Images are numbered in the order of their coming. An experience brings at most two of them, the
-/// first of an episode and its own, so a ring of twice the capacity, and two more for each room,
-/// never overwrites an image that an experience still points at.
+/// Images are numbered in the order of their coming, and kept in chunks; a chunk goes as soon as no
+/// observation reaches back to it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReplayMemory {
     capacity: usize,
     rooms: usize,
+    /// How many images an observation holds.
+    frames: usize,
     experiences: Vec<Experience>,
     /// Where the next experience goes once the memory is full.
     oldest: usize,
-    images: Vec<[u8; Image::BYTES]>,
+    images: VecDeque<Vec<Frame>>,
+    /// The number of the first image that is kept.
+    first_image: u64,
     /// The number of the next image.
     next_image: u64,
 }
 
+/// Images in a chunk.
+const CHUNK: usize = 256;
+
 impl ReplayMemory {
-    /// An empty memory of at most `capacity` experiences, which come from so many rooms in turn.
-    pub fn new(capacity: usize, rooms: usize) -> ReplayMemory {
+    /// An empty memory of at most `capacity` experiences, which come from so many rooms in turn, for
+    /// observations of so many images.
+    pub fn new(capacity: usize, rooms: usize, frames: usize) -> ReplayMemory {
         ReplayMemory {
             capacity,
             rooms,
+            frames,
             experiences: Vec::new(),
             oldest: 0,
-            images: Vec::new(),
+            images: VecDeque::new(),
+            first_image: 0,
             next_image: 0,
         }
     }
@@ -56,16 +83,16 @@ impl ReplayMemory {
     /// A memory as it was: its experiences from the oldest on, which has the index `oldest`; the
     /// images from number `first` on. Indices are what updates draw, so they must be the same.
     pub(super) fn restore(
-        (capacity, rooms): (usize, usize),
+        &self,
         mut experiences: Vec<Experience>,
         oldest: usize,
         first: u64,
-        images: &[[u8; Image::BYTES]],
+        frames: impl Iterator<Item = Frame>,
     ) -> ReplayMemory {
-        let mut memory = ReplayMemory::new(capacity, rooms);
-        memory.next_image = first;
-        for image in images {
-            memory.push_image(image);
+        let mut memory = ReplayMemory::new(self.capacity, self.rooms, self.frames);
+        (memory.first_image, memory.next_image) = (first, first);
+        for frame in frames {
+            memory.push_frame(frame);
         }
         experiences.rotate_right(oldest);
         (memory.experiences, memory.oldest) = (experiences, oldest);
@@ -84,7 +111,7 @@ impl ReplayMemory {
 
     /// Stores the first image of an episode; returns its number.
     pub fn begin_episode(&mut self, image: &Image) -> u64 {
-        self.push_image(image.bytes())
+        self.push_frame(Frame { image: *image.bytes(), before: None, tried: ActionSet::NONE })
     }
 
     /// Stores what an action led to from the image of a number; returns the number of the next one.
@@ -96,7 +123,14 @@ impl ReplayMemory {
         terminated: bool,
         next: &Image,
     ) -> u64 {
-        let next_state = self.push_image(next.bytes());
+        let back = (self.next_image - state) as u16;
+        let tried = tried(
+            next.bytes(),
+            std::iter::once(action).chain(self.past(state).map_while(|moment| moment.action)),
+            self.past(state),
+        );
+        let next_state =
+            self.push_frame(Frame { image: *next.bytes(), before: Some((back, action)), tried });
         let experience = Experience { state, next_state, action, reward, terminated };
         if self.experiences.len() < self.capacity {
             self.experiences.push(experience);
@@ -147,9 +181,22 @@ impl ReplayMemory {
         self.oldest
     }
 
-    /// The bytes of the image with a number that an experience holds.
-    pub fn image(&self, number: u64) -> &[u8; Image::BYTES] {
-        &self.images[self.slot(number)]
+    /// How many experiences are kept at most.
+    pub fn capacity(&self) -> usize {
+        self.capacity
+    }
+
+    /// The image with a number that an experience holds.
+    #[inline(always)]
+    pub fn frame(&self, number: u64) -> &Frame {
+        let index = (number - self.first_image) as usize;
+        &self.images[index / CHUNK][index % CHUNK]
+    }
+
+    /// What was seen at a number, and before it in the same episode.
+    #[inline(always)]
+    pub fn past(&self, number: u64) -> Past<'_> {
+        Past { memory: self, number: Some(number) }
     }
 
     /// Fetches the images of a batch from main memory, all at once, which takes the time of a few:
@@ -159,8 +206,10 @@ impl ReplayMemory {
         let mut sum = 0u8;
         for index in batch {
             let experience = self.get(*index);
-            for number in [experience.next_state, experience.state] {
-                let lines = self.image(number).iter().step_by(CACHE_LINE);
+            // The state's own past is the next state's, but for the oldest of its images.
+            let next = self.past(experience.next_state).take(self.frames);
+            for moment in next.chain(self.past(experience.state).take(self.frames).last()) {
+                let lines = moment.image.iter().step_by(CACHE_LINE);
                 sum = lines.fold(sum, |sum, byte| sum.wrapping_add(*byte));
             }
         }
@@ -178,37 +227,67 @@ impl ReplayMemory {
         self.next_image
     }
 
-    /// The numbers of the images that the experiences need, and those since.
+    /// The numbers of the images that experiences, or the next ones, may need.
+    ///
+    /// The rooms take turns: between two images of one of them come at most two of each, its own and
+    /// the first of another episode. So an observation reaches back by at most so many images.
     pub fn needed_images(&self) -> std::ops::Range<u64> {
-        let first = self.experiences.iter().map(|experience| experience.state).min();
-        first.unwrap_or(self.next_image)..self.next_image
+        let reach = ReplayMemory::reach(self.rooms, self.frames);
+        let oldest = self.oldest_first().next().map_or(self.next_image, |oldest| oldest.next_state);
+        oldest.saturating_sub(reach).max(self.first_image)..self.next_image
     }
 
-    /// How many images are kept at most.
-    pub(super) fn most_images(capacity: usize, rooms: usize) -> usize {
-        2 * (capacity + rooms)
+    /// From the number of an experience's next state to that of the first image of its observation,
+    /// at most.
+    pub(super) fn reach(rooms: usize, frames: usize) -> u64 {
+        (2 * rooms * (frames.max(HORIZON) + 1)) as u64
     }
 
-    fn push_image(&mut self, bytes: &[u8; Image::BYTES]) -> u64 {
-        let number = self.next_image;
-        let slot = self.slot(number);
-        // The ring grows up to its size: a short training stays small.
-        if slot >= self.images.len() {
-            self.images.resize(slot + 1, [0; Image::BYTES]);
+    fn push_frame(&mut self, frame: Frame) -> u64 {
+        if self.images.back().is_none_or(|chunk| chunk.len() == CHUNK) {
+            let needed = self.needed_images().start;
+            let mut free = None;
+            while self.first_image + CHUNK as u64 <= needed {
+                free = self.images.pop_front();
+                self.first_image += CHUNK as u64;
+            }
+            let mut chunk = free.unwrap_or_else(|| Vec::with_capacity(CHUNK));
+            chunk.clear();
+            self.images.push_back(chunk);
         }
-        self.images[slot] = *bytes;
+        if let Some(chunk) = self.images.back_mut() {
+            chunk.push(frame);
+        }
         self.next_image += 1;
-        number
+        self.next_image - 1
     }
+}
 
-    fn slot(&self, number: u64) -> usize {
-        (number % ReplayMemory::most_images(self.capacity, self.rooms) as u64) as usize
+/// See [`ReplayMemory::past`].
+#[derive(Clone, Debug)]
+pub struct Past<'a> {
+    memory: &'a ReplayMemory,
+    number: Option<u64>,
+}
+
+impl<'a> Iterator for Past<'a> {
+    type Item = Moment<'a>;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Moment<'a>> {
+        let number = self.number?;
+        let frame = self.memory.frame(number);
+        self.number = frame
+            .before
+            .and_then(|(back, _)| number.checked_sub(back.into()))
+            .filter(|number| *number >= self.memory.first_image);
+        Some(Moment { image: &frame.image, action: frame.before.map(|(_, action)| action) })
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use std::collections::{HashSet, VecDeque};
+    use std::collections::HashSet;
 
     use proptest::prelude::*;
     use rand::SeedableRng;
@@ -227,9 +306,10 @@ mod tests {
         fn it_is_a_queue_of_experiences(
             capacity in 1usize..40,
             rooms in 1usize..4,
-            lengths in prop::collection::vec(1usize..12, 1..60),
+            frames in 1usize..5,
+            lengths in prop::collection::vec(1usize..120, 1..60),
         ) {
-            let mut memory = ReplayMemory::new(capacity, rooms);
+            let mut memory = ReplayMemory::new(capacity, rooms, frames);
             let mut model = VecDeque::new();
             let mut lengths = lengths.into_iter();
             let mut count = 0;
@@ -237,14 +317,14 @@ mod tests {
                 count += 1;
                 image(count)
             };
-            // The steps left, the image and its number, in each room.
-            let mut states: Vec<Option<(usize, Image, u64)>> = vec![None; rooms];
+            // The steps left, the images so far and the number of the last, in each room.
+            let mut states: Vec<Option<(usize, Vec<Image>, u64)>> = vec![None; rooms];
             loop {
                 for state in &mut states {
                     if state.is_none() && let Some(length) = lengths.next() {
                         let first = next_image();
                         let number = memory.begin_episode(&first);
-                        *state = Some((length, first, number));
+                        *state = Some((length, vec![first], number));
                     }
                 }
                 if states.iter().all(Option::is_none) {
@@ -255,7 +335,7 @@ mod tests {
                     (0..capacity).map(|index| memory.is_among_next(index, more)).collect();
                 let mut written = vec![false; capacity];
                 for state in &mut states {
-                    let Some((left, before, number)) = state.take() else {
+                    let Some((left, mut images, number)) = state.take() else {
                         continue;
                     };
                     let action = Action::try_from((left % 7) as u8).unwrap();
@@ -263,20 +343,23 @@ mod tests {
                     let index = (0..capacity).find(|index| memory.is_among_next(*index, 1));
                     written[index.unwrap()] = true;
                     let number = memory.store(number, action, -0.1, terminated, &next);
-                    model.push_back((before, action, terminated, next.clone()));
+                    images.push(next);
+                    model.push_back((images.clone(), action, terminated));
                     if model.len() > capacity {
                         model.pop_front();
                     }
                     if left > 1 {
-                        *state = Some((left - 1, next, number));
+                        *state = Some((left - 1, images, number));
                     }
                 }
                 prop_assert_eq!(written, expected);
             }
             prop_assert_eq!(memory.len(), model.len());
-            for (experience, (state, action, terminated, next)) in memory.oldest_first().zip(model) {
-                prop_assert_eq!(memory.image(experience.state), state.bytes());
-                prop_assert_eq!(memory.image(experience.next_state), next.bytes());
+            for (experience, (images, action, terminated)) in memory.oldest_first().zip(model) {
+                let seen = |number: u64| memory.past(number).take(frames).map(|m| *m.image);
+                let newest_first = || images.iter().rev().map(|image| *image.bytes());
+                prop_assert!(seen(experience.next_state).eq(newest_first().take(frames)));
+                prop_assert!(seen(experience.state).eq(newest_first().skip(1).take(frames)));
                 prop_assert_eq!(experience.action, action);
                 prop_assert_eq!(experience.terminated, terminated);
                 prop_assert!(memory.needed_images().contains(&experience.state));
@@ -286,7 +369,7 @@ mod tests {
 
     #[test]
     fn a_batch_is_of_different_memories_and_all_are_drawn_alike() {
-        let mut memory = ReplayMemory::new(100, 1);
+        let mut memory = ReplayMemory::new(100, 1, 1);
         let mut state = memory.begin_episode(&image(0));
         for number in 1..=60 {
             state = memory.store(state, Action::try_from(0).unwrap(), -0.1, false, &image(number));

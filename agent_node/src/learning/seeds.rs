@@ -32,15 +32,25 @@ pub enum Sequence {
 
 /// The seed of an episode; never 0, which would mean "none" to the simulator.
 pub fn episode_seed(purpose: Purpose, run_seed: u64, episode: u32) -> NonZeroU64 {
-    let purpose = match purpose {
-        Purpose::Training => 1,
-        Purpose::Test => 2,
-    };
-    let mut generator = generator(run_seed, purpose, u64::from(episode));
+    let mut generator = generator(run_seed, domain_of(purpose), u64::from(episode));
     loop {
         if let Some(seed) = NonZeroU64::new(generator.next_u64()) {
             return seed;
         }
+    }
+}
+
+/// The generator of what else an episode is about; it has nothing to do with the episode's seed.
+pub fn episode_generator(purpose: Purpose, run_seed: u64, episode: u32) -> ChaCha8Rng {
+    let mut generator = generator(run_seed, domain_of(purpose), u64::from(episode));
+    generator.set_stream(1);
+    generator
+}
+
+fn domain_of(purpose: Purpose) -> u64 {
+    match purpose {
+        Purpose::Training => 1,
+        Purpose::Test => 2,
     }
 }
 

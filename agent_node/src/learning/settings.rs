@@ -8,36 +8,73 @@ use thiserror::Error;
 use super::exploration::EpsilonDecay;
 
 /// A named set of [`Settings`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Preset {
     /// The paper, exactly.
     Paper,
+    /// What makes a robot that neither gets stuck nor bumps. docs/results.md shows what becomes of it
+    /// without each of its ingredients.
+    #[default]
+    Robust,
 }
 
 /// Why a name is no preset.
 #[derive(Debug, Error, PartialEq)]
-#[error("no preset '{0}': expected paper")]
+#[error("no preset '{0}': expected paper or robust")]
 pub struct NoSuchPreset(String);
 
 impl Preset {
     /// Every preset.
-    pub const ALL: [Preset; 1] = [Preset::Paper];
+    pub const ALL: [Preset; 2] = [Preset::Paper, Preset::Robust];
+
+    /// How many training episodes it takes.
+    pub fn episodes(self) -> u32 {
+        match self {
+            Preset::Paper => 1000,
+            Preset::Robust => 2000,
+        }
+    }
 
     /// The numbers of the preset.
     pub fn settings(self) -> Settings {
         match self {
             Preset::Paper => Settings {
                 hidden_layers: vec![64, 128, 64],
+                observation_frames: 1,
+                avoid_repetition: false,
                 exploration: EpsilonDecay { minimum: 0.1, maximum: 1.0, fraction: 0.5 },
                 memory_capacity: 10_000,
                 batch_size: 50,
                 planning_steps: 1,
                 discount: 0.999,
+                blocked_reward: 0.0,
+                double_q: false,
+                mirror: false,
+                history_dropout: 0.0,
                 learning_rate: 1e-4,
+                final_learning_rate: 1e-4,
+                weight_decay: 0.0,
                 adam_beta1: 0.9,
                 adam_beta2: 0.999,
                 adam_epsilon: 1e-7,
                 target_update: 0.1,
+                target_update_at: TargetUpdate::Episode,
+            },
+            Preset::Robust => Settings {
+                observation_frames: 4,
+                avoid_repetition: true,
+                exploration: EpsilonDecay { minimum: 0.02, maximum: 1.0, fraction: 0.5 },
+                memory_capacity: 50_000,
+                batch_size: 100,
+                discount: 0.99,
+                blocked_reward: -0.6,
+                mirror: true,
+                history_dropout: 0.5,
+                final_learning_rate: 0.0,
+                weight_decay: 0.5,
+                target_update: 0.005,
+                target_update_at: TargetUpdate::Update,
+                ..Preset::Paper.settings()
             },
         }
     }
@@ -47,6 +84,7 @@ impl fmt::Display for Preset {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Preset::Paper => f.write_str("paper"),
+            Preset::Robust => f.write_str("robust"),
         }
     }
 }
@@ -60,11 +98,54 @@ impl FromStr for Preset {
     }
 }
 
+/// When the target network follows the training network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TargetUpdate {
+    /// At the end of each episode, as in the paper.
+    Episode,
+    /// After each update of the training network.
+    Update,
+}
+
+impl TargetUpdate {
+    /// Both.
+    pub const ALL: [TargetUpdate; 2] = [TargetUpdate::Episode, TargetUpdate::Update];
+}
+
+impl fmt::Display for TargetUpdate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            TargetUpdate::Episode => f.write_str("episode"),
+            TargetUpdate::Update => f.write_str("update"),
+        }
+    }
+}
+
+/// Why a word says no [`TargetUpdate`].
+#[derive(Debug, Error, PartialEq)]
+#[error("'{0}' is no time for an update of the target network: expected episode or update")]
+pub struct NoSuchTargetUpdate(String);
+
+impl FromStr for TargetUpdate {
+    type Err = NoSuchTargetUpdate;
+
+    fn from_str(name: &str) -> Result<TargetUpdate, NoSuchTargetUpdate> {
+        let when = TargetUpdate::ALL.into_iter().find(|when| when.to_string() == name);
+        when.ok_or_else(|| NoSuchTargetUpdate(name.to_owned()))
+    }
+}
+
 /// The hyperparameters of deep Dyna-Q.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Neurons of each hidden layer.
     pub hidden_layers: Vec<usize>,
+    /// How many images an observation holds: the present one and those before it, with the actions
+    /// between them.
+    pub observation_frames: usize,
+    /// Whether an action is left out where it has been tried in this episode from the same image.
+    pub avoid_repetition: bool,
     /// Eq. 4.
     pub exploration: EpsilonDecay,
     /// How many memories are kept; the oldest goes first.
@@ -75,8 +156,23 @@ pub struct Settings {
     pub planning_steps: usize,
     /// Gamma.
     pub discount: f64,
+    /// What a blocked move adds to its reward, in training.
+    pub blocked_reward: f64,
+    /// Whether the training network chooses the action that the target network values (double
+    /// Q-learning: van Hasselt, Guez and Silver, 2016).
+    pub double_q: bool,
+    /// Whether half of the memories that an update draws are seen in a mirror: left and right of
+    /// images and actions exchanged, which is the room as another one could be.
+    pub mirror: bool,
+    /// The share of the memories that an update draws of which only some of the images are seen, as
+    /// at the start of an episode.
+    pub history_dropout: f64,
     /// Alpha, the step size of Adam.
     pub learning_rate: f64,
+    /// What alpha has become at the end of the training, a straight line from the beginning.
+    pub final_learning_rate: f64,
+    /// By what a weight shrinks in an update, in units of alpha (Loshchilov and Hutter, 2019).
+    pub weight_decay: f64,
     /// Decay of Adam's mean of the gradients.
     pub adam_beta1: f64,
     /// Decay of Adam's mean of the squared gradients.
@@ -85,4 +181,6 @@ pub struct Settings {
     pub adam_epsilon: f64,
     /// Tau of eq. 6.
     pub target_update: f64,
+    /// When eq. 6 is applied.
+    pub target_update_at: TargetUpdate,
 }

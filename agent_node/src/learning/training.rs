@@ -11,8 +11,9 @@ use thiserror::Error;
 use super::{
     action::Action,
     dyna_q::{Decision, DynaQ},
-    image::Image,
+    policy::Policy,
     record::EpisodeRecord,
+    scenario::room_of_episode,
     seeds::{Purpose, episode_seed},
     settings::Settings,
 };
@@ -21,7 +22,7 @@ use crate::environment::{Environment, EnvironmentError, Step};
 /// What a training is of, apart from the method's own numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// The scenario of every reset.
+    /// The scenario of every reset, or [`MIXED`](super::scenario::MIXED).
     pub scenario: String,
     /// `e_total` of eq. 4.
     pub episodes: u32,
@@ -138,6 +139,11 @@ impl Training {
         &self.learner
     }
 
+    /// What has been learned so far, at work.
+    pub fn policy(&self) -> Result<Policy, candle_core::Error> {
+        Policy::new(&self.learner.network().network()?, &self.learner.settings)
+    }
+
     /// How many episodes have ended; in one room, the number of the present one.
     pub fn episode(&self) -> u32 {
         self.progress.records.len() as u32
@@ -168,17 +174,17 @@ impl Training {
     ) -> Result<(), TrainingError> {
         assert_eq!(rooms.len(), self.plan.rooms, "the training is for another number of rooms");
         let mut counted = Instant::now();
-        // What is seen in each room; none while it is being reset.
-        let mut states: Vec<Option<Image>> = vec![None; rooms.len()];
-        self.begin_resets(rooms, &states)?;
+        // Whether a room shows its episode, and needs no reset.
+        let mut ready = vec![false; rooms.len()];
+        self.begin_resets(rooms, &ready)?;
         while self.progress.current.iter().any(Option::is_some) {
-            self.finish_resets(rooms, &mut states)?;
-            let ended = self.step(rooms, &mut states)?;
+            self.finish_resets(rooms, &mut ready)?;
+            let ended = self.step(rooms, &mut ready)?;
             self.progress.wall += counted.elapsed();
             counted = Instant::now();
             if ended > 0 {
                 // While the rooms make themselves ready, there is time to tell of the episodes.
-                self.begin_resets(rooms, &states)?;
+                self.begin_resets(rooms, &ready)?;
                 let records = &self.progress.records;
                 for record in &records[records.len() - ended..] {
                     listener.episode(self, record)?;
@@ -188,15 +194,18 @@ impl Training {
         Ok(())
     }
 
-    /// Asks for a new episode in every room where nothing is seen, if there is one.
+    /// Asks for a new episode in every room that is not ready, if there is one.
     fn begin_resets<E: Environment>(
         &self,
         rooms: &mut [E],
-        states: &[Option<Image>],
+        ready: &[bool],
     ) -> Result<(), TrainingError> {
-        for ((room, state), current) in rooms.iter_mut().zip(states).zip(&self.progress.current) {
-            if let (None, Some(current)) = (state, current) {
-                room.begin_reset(self.seed_of(current.episode), &self.plan.scenario)?;
+        for ((room, ready), current) in rooms.iter_mut().zip(ready).zip(&self.progress.current) {
+            if let (false, Some(current)) = (ready, current) {
+                let Plan { scenario, seed, .. } = &self.plan;
+                let episode = current.episode;
+                let scenario = room_of_episode(scenario, Purpose::Training, *seed, episode);
+                room.begin_reset(self.seed_of(episode), scenario)?;
             }
         }
         Ok(())
@@ -210,10 +219,10 @@ impl Training {
     fn finish_resets<E: Environment>(
         &mut self,
         rooms: &mut [E],
-        states: &mut [Option<Image>],
+        ready: &mut [bool],
     ) -> Result<(), TrainingError> {
-        for (index, (room, state)) in rooms.iter_mut().zip(states).enumerate() {
-            let (None, Some(current)) = (&state, &self.progress.current[index]) else {
+        for (index, (room, ready)) in rooms.iter_mut().zip(ready).enumerate() {
+            let (false, Some(current)) = (*ready, &self.progress.current[index]) else {
                 continue;
             };
             let seed = self.seed_of(current.episode);
@@ -232,13 +241,13 @@ impl Training {
             }
             let number = match current.image {
                 None => self.learner.begin_episode(&image),
-                Some(number) if self.learner.memory.image(number) == image.bytes() => number,
+                Some(number) if self.learner.memory.frame(number).image == *image.bytes() => number,
                 Some(_) => return Err(not_repeatable(current.actions.len())),
             };
             if let Some(current) = &mut self.progress.current[index] {
                 current.image = Some(number);
             }
-            *state = Some(image);
+            *ready = true;
         }
         Ok(())
     }
@@ -247,16 +256,14 @@ impl Training {
     fn step<E: Environment>(
         &mut self,
         rooms: &mut [E],
-        states: &mut [Option<Image>],
+        ready: &mut [bool],
     ) -> Result<usize, TrainingError> {
         // At time t the agent observes s_t and chooses a_t,
         let decisions = match &self.progress.begun {
             None => {
-                let present = states.iter().zip(&self.progress.current);
-                let seen: Vec<(&Image, f64)> = present
-                    .filter_map(|(state, current)| {
-                        Some((state.as_ref()?, self.epsilon_of(current.as_ref()?.episode)))
-                    })
+                let present = self.progress.current.iter().flatten();
+                let seen: Vec<(u64, f64)> = present
+                    .filter_map(|current| Some((current.image?, self.epsilon_of(current.episode))))
                     .collect();
                 self.learner.act(&seen)
             }
@@ -296,11 +303,10 @@ impl Training {
                 self.record(current, step.terminated);
                 let next = self.progress.next_episode(self.plan.episodes);
                 self.progress.current[index] = next;
-                states[index] = None;
+                ready[index] = false;
                 ended += 1;
             } else {
                 *slot = Some(current);
-                states[index] = Some(step.image);
             }
         }
         Ok(ended)
@@ -352,8 +358,7 @@ impl Training {
             let current = self.progress.current[*index].as_mut();
             // It is there, and has an image, since the room was reset.
             if let Some(image) = current.and_then(|current| current.image.as_mut()) {
-                let Step { reward, terminated, image: next, .. } = step;
-                *image = self.learner.remember(*image, *action, *reward, *terminated, next);
+                *image = self.learner.remember(*image, *action, step);
             }
         }
     }
@@ -365,6 +370,7 @@ impl Training {
     /// An update, on account of the episode in a room.
     fn update(&mut self, room: usize) -> Result<(), TrainingError> {
         let started = Instant::now();
+        self.learner.set_progress(f64::from(self.episode()) / f64::from(self.plan.episodes));
         let loss = self.learner.update();
         if !loss.is_finite() {
             return Err(TrainingError::Diverged { loss, episode: self.episode() });

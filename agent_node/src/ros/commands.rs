@@ -76,8 +76,13 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
     )? as usize;
     let plan = Plan {
         scenario: scenario(&parameters, &Defaults::default())?,
-        episodes: count(&parameters, "episodes", 1000, 1..=MOST_EPISODES, "training episodes")?
-            as u32,
+        episodes: count(
+            &parameters,
+            "episodes",
+            preset.episodes().into(),
+            1..=MOST_EPISODES,
+            "training episodes",
+        )? as u32,
         seed: count(&parameters, "seed", 0, 0..=LARGEST_SEED, "the run is a function of it")?,
         rooms: simulators,
     };
@@ -189,7 +194,7 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
     let mut frames = Vec::new();
     if test.episodes > 0 {
         let plan = test.plan(&training.plan.scenario);
-        let mut policy = Policy::new(&training.learner().network().network()?)?;
+        let mut policy = training.policy()?;
         let room = &mut rooms[0];
         let Some(tested) = run_and_sum_up(&plan, &mut policy, room, oracle.as_ref())? else {
             info!("stopped before the end of the test; the training is complete");
@@ -229,7 +234,8 @@ pub fn evaluate(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<
     let common = Common::declare(&mut node, "")?;
     node.start_parameter_services()?;
 
-    let mut policy = Policy::new(&load_model(&model.join(RunDirectory::MODEL), &settings)?)?;
+    let mut policy =
+        Policy::new(&load_model(&model.join(RunDirectory::MODEL), &settings)?, &settings)?;
     let directory = RunDirectory::open(Path::new(&out))?;
     let connection = Connection::new(&mut node, "")?;
     let Some(mut room) = connect(&node, connection, common.deadline)? else {

@@ -6,5 +6,4 @@ mod parameters;
 mod publishers;
 mod simulator;
 
-pub use parameters::SCENARIOS;
 pub use simulator::Simulator;

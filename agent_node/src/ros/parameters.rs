@@ -9,20 +9,9 @@ use ros_runtime::parameters::{
 
 use crate::learning::{
     exploration::EpsilonDecay,
-    settings::{Preset, Settings},
+    scenario::{MIXED, ROOMS},
+    settings::{Preset, Settings, TargetUpdate},
 };
-
-/// The rooms that the simulator has.
-pub const SCENARIOS: [&str; 8] = [
-    "empty",
-    "one_cylinder",
-    "two_cylinders",
-    "three_cylinders",
-    "concave",
-    "one_moving",
-    "two_moving",
-    "three_moving",
-];
 
 /// What a parameter is unless somebody says otherwise: as a trained model's config.yaml says, or
 /// else the program.
@@ -84,7 +73,9 @@ fn number(
 
 /// Declares `scenario`.
 pub(super) fn scenario(parameters: &Parameters, defaults: &Defaults) -> anyhow::Result<String> {
-    let descriptor = Descriptor::read_only("the scenario of every reset").choices(SCENARIOS);
+    let choices = ROOMS.into_iter().chain([MIXED]);
+    let description = "the scenario of every reset; mixed: one of the eight, drawn for each";
+    let descriptor = Descriptor::read_only(description).choices(choices);
     let default = defaults.get("scenario", "empty".to_owned())?;
     Ok(parameters.declare("scenario", default, descriptor)?)
 }
@@ -96,7 +87,7 @@ pub(super) fn model_settings(
 ) -> anyhow::Result<(Preset, Settings)> {
     let choices = Descriptor::read_only("a named set of hyperparameters").choices(Preset::ALL);
     let preset: Preset = parameters
-        .declare("preset", defaults.get("preset", Preset::Paper.to_string())?, choices)?
+        .declare("preset", defaults.get("preset", Preset::default().to_string())?, choices)?
         .parse()?;
     let mut settings = preset.settings();
     let hidden: Vec<i64> = settings.hidden_layers.iter().map(|size| *size as i64).collect();
@@ -104,7 +95,29 @@ pub(super) fn model_settings(
     let hidden = defaults.get("hidden_layers", hidden)?;
     let hidden = parameters.declare("hidden_layers", hidden, sizes)?;
     settings.hidden_layers = hidden.into_iter().map(|size| size as usize).collect();
+    let frames = defaults.get("observation_frames", settings.observation_frames as i64)?;
+    settings.observation_frames = count(
+        parameters,
+        "observation_frames",
+        // A negative number of a model's is refused as one that is out of range.
+        u64::try_from(frames).unwrap_or(0),
+        1..=64,
+        "images in an observation: the present one and those before it, with the actions between",
+    )? as usize;
+    let avoids = defaults.get("avoid_repetition", settings.avoid_repetition)?;
+    settings.avoid_repetition = declare(
+        parameters,
+        "avoid_repetition",
+        avoids,
+        "leave out actions that this episode has tried from the same image",
+    )?;
     Ok((preset, settings))
+}
+
+fn target_update_at(p: &Parameters, preset: TargetUpdate) -> anyhow::Result<TargetUpdate> {
+    let choices = Descriptor::read_only("when eq. 6 is applied: after each episode or update")
+        .choices(TargetUpdate::ALL);
+    Ok(p.declare("target_update_at", preset.to_string(), choices)?.parse()?)
 }
 
 /// Declares the hyperparameters of a training; each is the preset's unless it is given.
@@ -113,9 +126,8 @@ pub(super) fn training_settings(
     preset: Settings,
 ) -> anyhow::Result<Settings> {
     let p = parameters;
-    let Settings { exploration, .. } = preset;
+    let exploration = preset.exploration;
     let settings = Settings {
-        hidden_layers: preset.hidden_layers,
         exploration: EpsilonDecay {
             minimum: number(p, "epsilon_min", exploration.minimum, 0.0..=1.0, "eq. 4")?,
             maximum: number(p, "epsilon_max", exploration.maximum, 0.0..=1.0, "eq. 4")?,
@@ -149,12 +161,52 @@ pub(super) fn training_settings(
             "Dyna-Q's n: updates per step",
         )? as usize,
         discount: number(p, "discount", preset.discount, 0.0..=1.0, "gamma")?,
+        blocked_reward: number(
+            p,
+            "blocked_reward",
+            preset.blocked_reward,
+            -1e3..=1e3,
+            "what a blocked move adds to its reward, in training",
+        )?,
+        double_q: declare(
+            p,
+            "double_q",
+            preset.double_q,
+            "double Q-learning: one network chooses the action that the other one values",
+        )?,
+        mirror: declare(
+            p,
+            "mirror",
+            preset.mirror,
+            "learn from half of the memories with left and right exchanged",
+        )?,
+        history_dropout: number(
+            p,
+            "history_dropout",
+            preset.history_dropout,
+            0.0..=1.0,
+            "share of the memories of which only some images are seen, as at an episode's start",
+        )?,
         learning_rate: number(
             p,
             "learning_rate",
             preset.learning_rate,
             0.0..=1.0,
             "alpha, the step size of Adam",
+        )?,
+        final_learning_rate: number(
+            p,
+            "final_learning_rate",
+            preset.final_learning_rate,
+            0.0..=1.0,
+            "what alpha has become at the end, a straight line from learning_rate",
+        )?,
+        weight_decay: number(
+            p,
+            "weight_decay",
+            preset.weight_decay,
+            0.0..=1e3,
+            "by what a weight shrinks in an update, in units of alpha",
         )?,
         adam_beta1: number(
             p,
@@ -178,6 +230,8 @@ pub(super) fn training_settings(
             "what keeps Adam from dividing by zero",
         )?,
         target_update: number(p, "target_update", preset.target_update, 0.0..=1.0, "tau of eq. 6")?,
+        target_update_at: target_update_at(p, preset.target_update_at)?,
+        ..preset
     };
     if settings.batch_size > settings.memory_capacity {
         return Err(anyhow!(

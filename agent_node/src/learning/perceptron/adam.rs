@@ -1,4 +1,5 @@
-//! Adam (Kingma and Ba, 2017, algorithm 1), fused with the gradient that it takes.
+//! Adam (Kingma and Ba, 2017, algorithm 1) with decoupled weight decay (Loshchilov and Hutter, 2019),
+//! fused with the gradient that it takes.
 
 use pulp::Simd;
 
@@ -7,13 +8,16 @@ use super::{
     layer::{Finish, Floats, Layer, Product, zeros},
     tile::{Tiled, add_products, compute, take, vectors, vectors_mut},
 };
+use crate::learning::settings::Settings;
 
 /// The optimizer of a network: it works out the gradients of the weights, layer by layer from the
 /// last, and moves each weight as soon as its gradient is there.
 #[derive(Clone, Debug)]
 pub struct Adam {
     /// Alpha.
-    learning_rate: f64,
+    pub(in crate::learning) learning_rate: f64,
+    /// How fast weights shrink, in units of alpha.
+    weight_decay: f64,
     /// Decay of the mean of the gradients.
     beta1: f64,
     /// Decay of the mean of the squared gradients.
@@ -45,26 +49,26 @@ struct Rates {
     rest1: f32,
     rest2: f32,
     rate: f32,
+    /// What is left of a weight before it moves: `1 - alpha weight_decay`.
+    keep: f32,
     epsilon: f32,
 }
 
 impl Adam {
     /// An optimizer that has made no update yet, for batches of so many samples.
-    pub fn new(
-        network: &Perceptron,
-        batch: usize,
-        learning_rate: f64,
-        (beta1, beta2): (f64, f64),
-        epsilon: f64,
-    ) -> Adam {
+    pub fn new(network: &Perceptron, settings: &Settings) -> Adam {
+        let Settings { learning_rate, weight_decay, adam_beta1, adam_beta2, adam_epsilon, .. } =
+            *settings;
+        let batch = settings.batch_size;
         let widest = network.layers.iter().map(Layer::width).max().unwrap_or(0);
         let weights = |layer: &Layer| layer.outputs * layer.input_width();
         let most_weights = network.layers.iter().skip(1).map(weights).max().unwrap_or(0);
         Adam {
             learning_rate,
-            beta1,
-            beta2,
-            epsilon,
+            weight_decay,
+            beta1: adam_beta1,
+            beta2: adam_beta2,
+            epsilon: adam_epsilon,
             step: 0,
             first: network.zeros_like(),
             second: network.zeros_like(),
@@ -151,6 +155,7 @@ impl Adam {
             beta2: self.beta2 as f32,
             rest1: (1.0 - self.beta1) as f32,
             rest2: (1.0 - self.beta2) as f32,
+            keep: (1.0 - self.learning_rate * self.weight_decay) as f32,
             rate: (self.learning_rate * root / (1.0 - self.beta1.powi(step))) as f32,
             epsilon: (self.epsilon * root) as f32,
         }
@@ -196,6 +201,7 @@ impl Tiled for Descent<'_> {
         let rates = self.rates;
         let (beta1, beta2) = (simd.splat_f32s(rates.beta1), simd.splat_f32s(rates.beta2));
         let (rest1, rest2) = (simd.splat_f32s(rates.rest1), simd.splat_f32s(rates.rest2));
+        let keep = simd.splat_f32s(rates.keep);
         let (rate, epsilon) = (simd.splat_f32s(-rates.rate), simd.splat_f32s(rates.epsilon));
         for (r, gradients) in gradients.iter().enumerate() {
             let start = (row + r) * columns + column;
@@ -209,7 +215,8 @@ impl Tiled for Descent<'_> {
                 second[c] = simd.mul_add_f32s(beta2, second[c], square);
                 let deviation = simd.add_f32s(simd.sqrt_f32s(second[c]), epsilon);
                 let step = simd.div_f32s(first[c], deviation);
-                parameters[c] = simd.mul_add_f32s(rate, step, parameters[c]);
+                let kept = simd.mul_f32s(keep, parameters[c]);
+                parameters[c] = simd.mul_add_f32s(rate, step, kept);
             }
         }
     }

@@ -8,6 +8,8 @@ mod adam;
 mod layer;
 mod tile;
 
+use std::slice::ChunksExactMut;
+
 use pulp::{Arch, NullaryFnOnce};
 
 pub use self::adam::Adam;
@@ -15,7 +17,10 @@ use self::{
     layer::{Finish, Floats, Layer, Product, zeros},
     tile::compute,
 };
-use super::{image::Image, network::QNetwork};
+use super::{
+    network::QNetwork,
+    observation::{Moment, View, input_size, write_input},
+};
 
 /// A multilayer perceptron with ReLU between its layers, and none behind the last.
 #[derive(Clone, Debug)]
@@ -124,11 +129,18 @@ impl Activations {
         self.inputs.chunks_exact_mut(self.input_count)
     }
 
-    /// Takes images for inputs, one for each sample.
-    pub fn read_images<'a>(&'a mut self, images: impl Iterator<Item = &'a [u8; Image::BYTES]>) {
-        debug_assert_eq!(self.input_count, Image::BYTES);
-        let (inputs, _) = self.inputs.as_chunks_mut();
-        self.arch.dispatch(ReadImages { inputs, images });
+    /// Takes observations of so many images for inputs, one for each sample: the present moment and
+    /// those before it, and how to look at them.
+    pub fn read_observations<'a, Past>(
+        &mut self,
+        frames: usize,
+        observations: impl Iterator<Item = (Past, View)>,
+    ) where
+        Past: Iterator<Item = Moment<'a>>,
+    {
+        debug_assert_eq!(self.input_count, input_size(frames));
+        let inputs = self.inputs.chunks_exact_mut(self.input_count);
+        self.arch.dispatch(ReadObservations { frames, inputs, observations });
     }
 
     /// The outputs for each sample, behind them padding.
@@ -143,21 +155,23 @@ impl Activations {
 }
 
 /// Not a closure, which the compiler might leave outside of what it makes for the processor.
-struct ReadImages<'a, Images> {
-    inputs: &'a mut [[f32; Image::BYTES]],
-    images: Images,
+struct ReadObservations<'a, Observations> {
+    frames: usize,
+    inputs: ChunksExactMut<'a, f32>,
+    observations: Observations,
 }
 
-impl<'a, Images> NullaryFnOnce for ReadImages<'a, Images>
+impl<'a, Past, Observations> NullaryFnOnce for ReadObservations<'_, Observations>
 where
-    Images: Iterator<Item = &'a [u8; Image::BYTES]>,
+    Past: Iterator<Item = Moment<'a>>,
+    Observations: Iterator<Item = (Past, View)>,
 {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        for (input, image) in self.inputs.iter_mut().zip(self.images) {
-            Image::write_input(image, input);
+        for (input, (past, view)) in self.inputs.zip(self.observations) {
+            write_input(past, self.frames, view, input);
         }
     }
 }

@@ -5,11 +5,16 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
-use crate::learning::{
-    dyna_q::DynaQ,
-    image::Image,
-    network::QNetwork,
-    settings::{Preset, Settings},
+use crate::{
+    environment::Step,
+    learning::{
+        action::Action,
+        dyna_q::DynaQ,
+        image::Image,
+        network::QNetwork,
+        replay_memory::Experience,
+        settings::{Preset, Settings, TargetUpdate},
+    },
 };
 
 /// This processor's vectors, and those of processors that have less.
@@ -27,7 +32,12 @@ fn shapes() -> Vec<Vec<usize>> {
 }
 
 fn network(hidden: &[usize], seed: u8) -> QNetwork {
-    QNetwork::new(hidden, &mut ChaCha8Rng::from_seed([seed; 32])).unwrap().randomized(seed)
+    network_of(Image::BYTES, hidden, seed)
+}
+
+fn network_of(inputs: usize, hidden: &[usize], seed: u8) -> QNetwork {
+    let mut random = ChaCha8Rng::from_seed([seed; 32]);
+    QNetwork::new(inputs, hidden, &mut random).unwrap().randomized(seed)
 }
 
 fn random_inputs(batch: usize, seed: u8) -> Vec<f32> {
@@ -81,22 +91,28 @@ fn the_weights_pass_through_unchanged() {
 }
 
 /// Hundreds of updates beside candle's autograd and candle-nn's Adam. Each begins from the same
-/// weights: from then on a rounding error may decide on which side of 0 a ReLU is, and two correct
-/// trainings part. Adam's moments are each one's own all the way.
+/// weights; Adam's moments are each one's own all the way. Where a sum is so close to 0 that rounding
+/// decides on which side of it a ReLU is, two correct updates part; so a few of them may, and by
+/// little.
 #[test]
 fn the_update_is_candles_autograd_and_adam() {
-    for hidden in shapes() {
-        let settings = Settings {
-            hidden_layers: hidden.clone(),
-            memory_capacity: 300,
-            ..Preset::Paper.settings()
-        };
+    let presets = Preset::ALL.map(Preset::settings);
+    let odd = shapes()
+        .into_iter()
+        .map(|hidden_layers| Settings { hidden_layers, ..Preset::Paper.settings() });
+    for settings in presets.into_iter().chain(odd) {
+        // Eq. 6 is another test's, and would move the target network between the two updates.
+        let settings =
+            Settings { memory_capacity: 300, target_update_at: TargetUpdate::Episode, ..settings };
+        let hidden = &settings.hidden_layers;
         let mut learner = DynaQ::new(settings.clone(), 4, 1).unwrap();
-        let (train, target) = (network(&hidden, 5), network(&hidden, 6));
+        let inputs = input_size(settings.observation_frames);
+        let (train, target) = (network_of(inputs, hidden, 5), network_of(inputs, hidden, 6));
         learner.train.read(&train).unwrap();
         learner.target.read(&target).unwrap();
         remember_anything(&mut learner, 300);
         let mut reference = Reference::new(&train, target, &settings);
+        let mut parted = 0;
         for update in 0..300 {
             assert!(learner.draw(0));
             let expected = reference.update(&learner);
@@ -108,10 +124,13 @@ fn the_update_is_candles_autograd_and_adam() {
                 let difference = (ours - theirs.as_tensor()).unwrap().abs().unwrap();
                 let mean: f32 = difference.mean_all().unwrap().to_scalar().unwrap();
                 // An update moves a weight by up to 1e-4.
-                assert!(mean < 1e-8, "{hidden:?}, update {update}, {name}: off by {mean}");
+                assert!(mean < 1e-6, "{hidden:?}, update {update}, {name}: off by {mean}");
+                parted += usize::from(mean > 1e-8);
                 theirs.set(ours).unwrap();
             }
         }
+        // Of more than 600 tensors at least.
+        assert!(parted <= 20, "{hidden:?}: {parted} tensors are not candle's");
     }
 }
 
@@ -183,12 +202,21 @@ fn remember_anything(learner: &mut DynaQ, count: usize) {
         let bytes: Vec<u8> = (0..Image::BYTES).map(|_| random.random()).collect();
         Image::try_from(bytes.as_slice()).unwrap()
     };
-    let mut state = learner.begin_episode(&image());
+    let mut last = image();
+    let mut state = learner.begin_episode(&last);
     for number in 0..count {
         let action = ((number * 5) % 7) as u8;
         let reward = -0.1 * (number % 3) as f32;
-        let (action, terminated) = (action.try_into().unwrap(), number % 11 == 0);
-        state = learner.remember(state, action, reward, terminated, &image());
+        let terminated = number % 11 == 10;
+        // Now and then nothing is to be seen of an action.
+        let image = if number % 4 == 3 { last.clone() } else { image() };
+        last = image.clone();
+        let (truncated, blocked) = (false, number % 5 == 0);
+        let step = Step { image, reward, terminated, truncated, blocked };
+        state = learner.remember(state, action.try_into().unwrap(), &step);
+        if terminated {
+            state = learner.begin_episode(&last);
+        }
     }
 }
 
@@ -198,7 +226,7 @@ struct Reference {
     train: QNetwork,
     target: QNetwork,
     adam: AdamW,
-    discount: f32,
+    settings: Settings,
 }
 
 impl Reference {
@@ -210,7 +238,7 @@ impl Reference {
             beta1: settings.adam_beta1,
             beta2: settings.adam_beta2,
             eps: settings.adam_epsilon,
-            weight_decay: 0.0,
+            weight_decay: settings.weight_decay,
         };
         let tensors: Vec<Tensor> =
             variables.iter().map(|variable| variable.as_tensor().clone()).collect();
@@ -220,33 +248,56 @@ impl Reference {
             adam: AdamW::new(variables.clone(), parameters).unwrap(),
             variables,
             target,
-            discount: settings.discount as f32,
+            settings: settings.clone(),
         }
     }
 
     /// Returns the loss.
     fn update(&mut self, learner: &DynaQ) -> f32 {
-        let (memory, batch) = (&learner.memory, &learner.batch);
-        let experiences: Vec<_> = batch.iter().map(|index| memory.get(*index)).collect();
-        let images = |number: &dyn Fn(usize) -> u64| {
-            let bytes = (0..batch.len()).flat_map(|row| memory.image(number(row)).to_vec());
-            let inputs: Vec<f32> = bytes.map(|byte| f32::from(byte) / 255.0).collect();
-            Tensor::from_vec(inputs, (batch.len(), Image::BYTES), &Device::Cpu).unwrap()
+        let (memory, views, device) = (&learner.memory, &learner.views, &Device::Cpu);
+        let experiences: Vec<Experience> =
+            learner.batch.iter().map(|index| memory.get(*index)).collect();
+        let rows = experiences.len();
+        let frames = self.settings.observation_frames;
+        let observations = |number: fn(&Experience) -> u64| {
+            let numbers = experiences.iter().map(number);
+            let inputs: Vec<f32> = numbers
+                .zip(views)
+                .flat_map(|(number, view)| {
+                    observation(&memory.past(number).collect::<Vec<_>>(), frames, *view)
+                })
+                .collect();
+            Tensor::from_vec(inputs, (rows, input_size(frames)), device).unwrap()
         };
-        let column = |value: &dyn Fn(usize) -> f32| {
-            let values: Vec<f32> = (0..batch.len()).map(value).collect();
-            Tensor::new(values, &Device::Cpu).unwrap()
+        let column = |value: &dyn Fn(&Experience) -> f32| {
+            Tensor::new(experiences.iter().map(value).collect::<Vec<f32>>(), device).unwrap()
         };
-        let states = images(&|row| experiences[row].state);
-        let next_states = images(&|row| experiences[row].next_state);
-        let rewards = column(&|row| experiences[row].reward);
-        let discounts =
-            column(&|row| if experiences[row].terminated { 0.0 } else { self.discount });
-        let actions: Vec<u32> =
-            experiences.iter().map(|experience| u32::from(experience.action.index())).collect();
-        let actions = Tensor::from_vec(actions, (batch.len(), 1), &Device::Cpu).unwrap();
+        let (states, next_states) = (observations(|e| e.state), observations(|e| e.next_state));
+        let rewards = column(&|experience| experience.reward);
+        let discount = self.settings.discount as f32;
+        let discounts = column(&|experience| if experience.terminated { 0.0 } else { discount });
+        let actions: Vec<u32> = experiences
+            .iter()
+            .zip(views)
+            .map(|(experience, view)| u32::from(view.action(experience.action).index()))
+            .collect();
+        let actions = Tensor::from_vec(actions, (rows, 1), device).unwrap();
+        // What has been tried is never the best.
+        let tried: Vec<f32> = experiences
+            .iter()
+            .zip(views)
+            .flat_map(|(experience, view)| {
+                let tried = view.actions(memory.frame(experience.next_state).tried);
+                let avoids = self.settings.avoid_repetition;
+                Action::all().map(move |a| if avoids && tried.contains(a) { -1e9 } else { 0.0 })
+            })
+            .collect();
+        let tried = Tensor::from_vec(tried, (rows, Action::COUNT), device).unwrap();
         let loss = || {
-            let best_next = self.target.forward(&next_states)?.max(D::Minus1)?.detach();
+            let next_values = self.target.forward(&next_states)?;
+            let chooser = if self.settings.double_q { &self.train } else { &self.target };
+            let best = (chooser.forward(&next_states)? + tried)?.argmax_keepdim(D::Minus1)?;
+            let best_next = next_values.gather(&best, 1)?.squeeze(1)?.detach();
             let targets = (&rewards + (&discounts * best_next)?)?;
             let values = self.train.forward(&states)?.gather(&actions, 1)?.squeeze(1)?;
             (targets - values)?.sqr()?.mean_all()
@@ -255,4 +306,28 @@ impl Reference {
         self.adam.backward_step(&loss).unwrap();
         loss.to_scalar().unwrap()
     }
+}
+
+/// An observation, number by number.
+fn observation(past: &[Moment], frames: usize, view: View) -> Vec<f32> {
+    let seen = past.len().min(frames).min(view.frames);
+    let mut input = vec![0.0; input_size(frames)];
+    for (frame, moment) in past[..seen].iter().enumerate() {
+        for row in 0..Image::HEIGHT {
+            for column in 0..Image::WIDTH {
+                let from = if view.mirrored { Image::WIDTH - 1 - column } else { column };
+                for channel in 0..3 {
+                    let byte = moment.image[(row * Image::WIDTH + from) * 3 + channel];
+                    let place = ((frame * Image::HEIGHT + row) * Image::WIDTH + column) * 3;
+                    input[place + channel] = f32::from(byte) / 255.0;
+                }
+            }
+        }
+        if frame + 1 < seen {
+            let action = usize::from(moment.action.unwrap().index());
+            let action = if view.mirrored { Action::COUNT - 1 - action } else { action };
+            input[frames * Image::BYTES + frame * Action::COUNT + action] = 1.0;
+        }
+    }
+    input
 }

@@ -5,7 +5,10 @@ use rand_chacha::ChaCha8Rng;
 
 use super::*;
 use crate::learning::{
-    checkpoint::model_bytes, exploration::EpsilonDecay, image::Image, settings::Preset,
+    checkpoint::model_bytes,
+    exploration::EpsilonDecay,
+    image::Image,
+    settings::{Preset, TargetUpdate},
 };
 
 /// A room that is a function of its seed and the actions: a number that actions push about.
@@ -100,6 +103,13 @@ fn all_settings() -> Vec<Settings> {
         Settings { memory_capacity: 20, ..paper.clone() },
         Settings { memory_capacity: 33, planning_steps: 3, ..paper.clone() },
         Settings { planning_steps: 0, ..paper.clone() },
+        Settings {
+            target_update_at: TargetUpdate::Update,
+            hidden_layers: vec![16, 8],
+            batch_size: 20,
+            memory_capacity: 40,
+            ..Preset::Robust.settings()
+        },
         paper,
     ]
 }
@@ -110,9 +120,9 @@ fn sequential(plan: &Plan, settings: &Settings) -> (u64, Vec<u8>) {
     let mut learner = DynaQ::new(settings.clone(), plan.seed, plan.rooms).unwrap();
     let mut rooms = toys(plan.rooms);
     let mut episodes = 0..plan.episodes;
-    // The episode, what is seen and its number in the memory.
-    let mut present: Vec<Option<(u32, Image, u64)>> = vec![None; plan.rooms];
-    let mut steps = 0;
+    // The episode, and the number in the memory of what is seen.
+    let mut present: Vec<Option<(u32, u64)>> = vec![None; plan.rooms];
+    let (mut steps, mut ended) = (0, 0);
     loop {
         for (room, present) in rooms.iter_mut().zip(&mut present) {
             if present.is_none()
@@ -121,7 +131,7 @@ fn sequential(plan: &Plan, settings: &Settings) -> (u64, Vec<u8>) {
                 let seed = episode_seed(Purpose::Training, plan.seed, episode);
                 let image = room.reset(seed, &plan.scenario).unwrap();
                 let number = learner.begin_episode(&image);
-                *present = Some((episode, image, number));
+                *present = Some((episode, number));
             }
         }
         if present.iter().all(Option::is_none) {
@@ -129,28 +139,28 @@ fn sequential(plan: &Plan, settings: &Settings) -> (u64, Vec<u8>) {
         }
         let mut results = Vec::new();
         for (room, present) in rooms.iter_mut().zip(&present) {
-            results.push(present.as_ref().map(|(episode, image, _)| {
+            results.push(present.as_ref().map(|(episode, number)| {
                 let epsilon = settings.exploration.epsilon(*episode, plan.episodes);
-                let decision = learner.act(&[(image, epsilon)]).remove(0);
+                let decision = learner.act(&[(*number, epsilon)]).remove(0);
                 (decision.action, room.step(&decision).unwrap())
             }));
         }
         let mut updates = 0;
         for (present, result) in present.iter_mut().zip(&results) {
-            if let (Some((_, image, number)), Some((action, step))) = (present, result) {
+            if let (Some((_, number)), Some((action, step))) = (present, result) {
                 steps += 1;
                 updates += settings.planning_steps;
-                let Step { reward, terminated, image: next, .. } = step;
-                *number = learner.remember(*number, *action, *reward, *terminated, next);
-                *image = next.clone();
+                *number = learner.remember(*number, *action, step);
             }
         }
+        learner.set_progress(f64::from(ended) / f64::from(plan.episodes));
         for _ in 0..updates {
             learner.plan();
         }
         for (present, result) in present.iter_mut().zip(results) {
             if result.is_some_and(|(_, step)| step.terminated || step.truncated) {
                 learner.end_episode();
+                ended += 1;
                 *present = None;
             }
         }

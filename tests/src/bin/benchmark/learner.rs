@@ -3,11 +3,11 @@
 use std::{num::NonZeroU64, time::Instant};
 
 use agent_node::{
-    environment::{Environment, Step},
+    environment::Environment,
     learning::{
         action::Action,
         dyna_q::DynaQ,
-        image::Image,
+        observation::input_size,
         settings::{Preset, Settings},
     },
 };
@@ -42,7 +42,7 @@ pub fn measure() -> anyhow::Result<Vec<LearnerFigures>> {
 fn measure_preset(preset: Preset) -> anyhow::Result<LearnerFigures> {
     let settings = preset.settings();
     let mut learner = DynaQ::new(settings.clone(), 0, 1)?;
-    let image = fill_memory(&mut learner, settings.memory_capacity)?;
+    let state = fill_memory(&mut learner, settings.memory_capacity)?;
     let (mut sgemm, mut update, mut inference) = (Vec::new(), Vec::new(), Vec::new());
     let matrix = Tensor::rand(-1f32, 1f32, (1024, 1024), &Device::Cpu)?;
     for _ in 0..ROUNDS {
@@ -57,7 +57,7 @@ fn measure_preset(preset: Preset) -> anyhow::Result<LearnerFigures> {
         }
         let started = Instant::now();
         for _ in 0..INFERENCES_A_ROUND {
-            std::hint::black_box(learner.act(&[(&image, 0.0)]));
+            std::hint::black_box(learner.act(&[(state, 0.0)]));
         }
         inference.push(started.elapsed().as_secs_f64() * 1e6 / INFERENCES_A_ROUND as f64);
     }
@@ -71,36 +71,35 @@ fn measure_preset(preset: Preset) -> anyhow::Result<LearnerFigures> {
     })
 }
 
-/// Multiplications and additions of an update: a forward pass of both networks, and back the
-/// gradients of the weights and of all inputs but the images.
+/// Multiplications and additions of an update: a forward pass of both networks, with double Q-learning
+/// another one of the training network, and back the gradients of the weights and of all inputs but
+/// the observation.
 fn update_flop(settings: &Settings) -> f64 {
-    let sizes: Vec<usize> = [Image::BYTES]
+    let sizes: Vec<usize> = [input_size(settings.observation_frames)]
         .into_iter()
         .chain(settings.hidden_layers.iter().copied())
         .chain([Action::COUNT])
         .collect();
     let products: Vec<usize> = sizes.windows(2).map(|pair| pair[0] * pair[1]).collect();
     let all: usize = products.iter().sum();
-    2.0 * settings.batch_size as f64 * (4 * all - products[0]) as f64
+    let passes = if settings.double_q { 5 } else { 4 };
+    2.0 * settings.batch_size as f64 * (passes * all - products[0]) as f64
 }
 
-/// Fills the memory as a training does, by any actions in the empty room. Returns the last image.
-fn fill_memory(learner: &mut DynaQ, count: usize) -> anyhow::Result<Image> {
+/// Fills the memory as a training does, by any actions in the empty room. Returns the number of the
+/// last state.
+fn fill_memory(learner: &mut DynaQ, count: usize) -> anyhow::Result<u64> {
     let mut room = Room::new(WorldSettings::default());
     let mut seed = NonZeroU64::MIN;
-    let mut image = room.reset(seed, "empty")?;
-    let mut state = learner.begin_episode(&image);
+    let mut state = learner.begin_episode(&room.reset(seed, "empty")?);
     for _ in 0..count {
-        let decision = learner.act(&[(&image, 1.0)]).remove(0);
+        let decision = learner.act(&[(state, 1.0)]).remove(0);
         let step = room.step(&decision)?;
-        let Step { reward, terminated, .. } = step;
-        state = learner.remember(state, decision.action, reward, terminated, &step.image);
-        image = step.image;
+        state = learner.remember(state, decision.action, &step);
         if step.terminated || step.truncated {
             seed = seed.saturating_add(1);
-            image = room.reset(seed, "empty")?;
-            state = learner.begin_episode(&image);
+            state = learner.begin_episode(&room.reset(seed, "empty")?);
         }
     }
-    Ok(image)
+    Ok(state)
 }

@@ -1,0 +1,21 @@
+#!/usr/bin/env bash
+# Trains the preset robust without each of its ingredients, in every scenario, and writes what becomes
+# of it into docs/results.md.
+#
+#   launch_scripts/ablation.sh [--seed N] [--jobs N] [--out FILE]
+#
+#   --seed N     the seed of the trainings (default: 0)
+#   --jobs N     trainings at the same time (default: 2)
+#   --out FILE   the figures as JSON; what is there already is not done again
+#                (default: ablation.json)
+#
+# World and learner share a process here, which changes no result: no nodes, no DDS.
+
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/nodes.sh"
+
+[[ "${1:-}" != -h && "${1:-}" != --help ]] || { usage && exit 0; }
+check_rust
+cd "$root"
+cargo build --release --locked --package evac_tests --features benchmark --bin ablation
+"$(realpath "${CARGO_TARGET_DIR:-target}")/release/ablation" --results docs/results.md "$@"

@@ -1,0 +1,130 @@
+//! What each ingredient of the preset `robust` is good for: trainings without it, in every scenario,
+//! in one process. `launch_scripts/ablation.sh` runs it.
+
+mod table;
+mod variants;
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+    sync::{
+        Mutex,
+        atomic::{AtomicUsize, Ordering},
+    },
+};
+
+use agent_node::learning::{
+    evaluation::{Evaluation, TestListener, TestPlan, run_test},
+    record::EpisodeRecord,
+    training::{Listener, Plan, Training},
+};
+use anyhow::Context;
+use clap::Parser;
+use evac_tests::Room;
+use sim_node::world::{Scenario, WorldSettings};
+
+use self::variants::{Variant, variants};
+
+/// The test of a training; its rooms are those of `evaluate.sh`.
+const TEST_EPISODES: u32 = 2000;
+const TEST_SEED: u64 = 1;
+const TEST_STEPS: u32 = 200;
+
+/// Trains variants of the preset robust in every scenario, and writes what they reach.
+#[derive(Parser)]
+struct CommandLine {
+    /// The seed of the trainings
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Trainings at the same time
+    #[arg(long, default_value_t = 2)]
+    jobs: usize,
+    /// Where the figures go, as JSON; what is there already is not done again
+    #[arg(long, default_value = "ablation.json")]
+    out: PathBuf,
+    /// The page that holds the tables, between two comments
+    #[arg(long)]
+    results: Option<PathBuf>,
+}
+
+/// The figures of every variant, by its name and the scenario.
+type Figures = BTreeMap<String, BTreeMap<String, Evaluation>>;
+
+fn main() -> anyhow::Result<()> {
+    let command_line = CommandLine::parse();
+    let variants = variants();
+    let figures = Mutex::new(read(&command_line.out)?);
+    let jobs: Vec<(&Variant, Scenario)> = variants
+        .iter()
+        .flat_map(|variant| Scenario::ALL.map(|scenario| (variant, scenario)))
+        .collect();
+    let next = AtomicUsize::new(0);
+    let work = || -> anyhow::Result<()> {
+        while let Some((variant, scenario)) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let name = scenario.name();
+            let of_variant = |figures: &Figures| figures.get(variant.name).cloned();
+            let known = of_variant(&*lock(&figures)).unwrap_or_default();
+            if known.contains_key(name) {
+                continue;
+            }
+            let evaluation = train_and_test(variant, name, command_line.seed)?;
+            eprintln!(
+                "{}, {name}: {:.2} % escape, {:.2} blocked per 100 steps",
+                variant.name,
+                100.0 * evaluation.success_rate,
+                evaluation.blocked_per_100_steps
+            );
+            let mut figures = lock(&figures);
+            figures.entry(variant.name.to_owned()).or_default().insert(name.to_owned(), evaluation);
+            fs::write(&command_line.out, serde_json::to_string_pretty(&*figures)?)?;
+        }
+        Ok(())
+    };
+    std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..command_line.jobs.max(1)).map(|_| scope.spawn(work)).collect();
+        threads.into_iter().try_for_each(|thread| thread.join().expect("no training panics"))
+    })?;
+    if let Some(page) = &command_line.results {
+        let tables = table::tables(&variants, &*lock(&figures));
+        agent_node::report::replace_section(page, "ablation", &tables)?;
+    }
+    Ok(())
+}
+
+fn lock(figures: &Mutex<Figures>) -> std::sync::MutexGuard<'_, Figures> {
+    figures.lock().expect("nobody panics with it")
+}
+
+fn read(path: &Path) -> anyhow::Result<Figures> {
+    if !path.exists() {
+        return Ok(Figures::new());
+    }
+    let context = || format!("{} is not from here", path.display());
+    serde_json::from_str(&fs::read_to_string(path)?).with_context(context)
+}
+
+struct Silent;
+
+impl Listener for Silent {
+    fn episode(&mut self, _training: &Training, _record: &EpisodeRecord) -> anyhow::Result<()> {
+        Ok(())
+    }
+}
+
+impl TestListener for Silent {}
+
+fn train_and_test(variant: &Variant, scenario: &str, seed: u64) -> anyhow::Result<Evaluation> {
+    let plan = Plan { scenario: scenario.to_owned(), episodes: variant.episodes, seed, rooms: 1 };
+    let mut room = Room::new(WorldSettings::default());
+    let mut training = Training::new(plan, variant.settings.clone())?;
+    training.run(std::slice::from_mut(&mut room), &mut Silent)?;
+    let test = TestPlan {
+        scenario: scenario.to_owned(),
+        episodes: TEST_EPISODES,
+        seed: TEST_SEED,
+        max_steps: TEST_STEPS,
+    };
+    let tested = run_test(&test, &mut training.policy()?, &mut room, &mut Silent)?;
+    Ok(Evaluation::new(&test, &tested, None))
+}
