@@ -5,7 +5,7 @@
 #
 #   --scenario NAME   the room, or mixed: one of the eight, drawn for each episode (default: empty)
 #   --preset NAME     the hyperparameters, robust or paper (default: robust)
-#   --episodes N      training episodes (default: the preset's, 2000 or 1000)
+#   --episodes N      training episodes (default: the preset's, 3000 or 1000)
 #   --seed N          the run is a function of it (default: 0)
 #   --test-episodes N episodes of the test after the training (default: 1000)
 #   --simulators N    how many simulators the agent learns in at once (default: 1)

@@ -1,8 +1,8 @@
-//! `agent_node train | evaluate | table | seeds`: see `--help`.
+//! `agent_node train | evaluate | reproduction | seeds`: see `--help`.
 
 use std::{path::PathBuf, process::ExitCode};
 
-use agent_node::ros::commands;
+use agent_node::{report::Reproduction, ros::commands};
 use clap::{Parser, Subcommand};
 use ros_runtime::Arguments;
 
@@ -28,11 +28,19 @@ enum Command {
         #[arg(long)]
         oracle: Option<PathBuf>,
     },
-    /// Print a table of trainings, in Markdown (no DDS)
-    Table {
-        /// The directories of the trainings
-        #[arg(required = true)]
-        runs: Vec<PathBuf>,
+    /// Sum up what launch_scripts/reproduce.sh has trained and tested (no DDS)
+    Reproduction {
+        /// The directory of the trainings
+        runs: PathBuf,
+        /// Where the figures go, as JSON
+        #[arg(long)]
+        json: PathBuf,
+        /// The page that holds the tables, between comments
+        #[arg(long)]
+        results: PathBuf,
+        /// The page that holds the short table
+        #[arg(long)]
+        readme: PathBuf,
     },
     /// Print the seeds of a test's resets, one a line (no DDS)
     Seeds {
@@ -60,9 +68,11 @@ fn run() -> anyhow::Result<()> {
     match CommandLine::parse_from(&arguments.program).command {
         Command::Train { oracle } => commands::train(&arguments, oracle.as_deref()),
         Command::Evaluate { oracle } => commands::evaluate(&arguments, oracle.as_deref()),
-        Command::Table { runs } => {
-            print!("{}", agent_node::report::runs_table(&runs)?);
-            Ok(())
+        Command::Reproduction { runs, json, results, readme } => {
+            let reproduction = Reproduction::read(&runs)?;
+            reproduction.write_json(&json)?;
+            reproduction.write_results(&results)?;
+            reproduction.write_readme(&readme)
         }
         Command::Seeds { seed, episodes } => {
             print!("{}", commands::seeds(seed, episodes));

@@ -171,7 +171,7 @@ impl Node {
 
     /// A subscription to a topic.
     pub fn create_subscription<M: RosMessage>(
-        &mut self,
+        &self,
         topic: &str,
         qos: QosProfile,
     ) -> Result<Subscription<M>, NodeError> {

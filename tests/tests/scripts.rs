@@ -33,6 +33,10 @@ fn train_and_evaluate_leave_their_files() {
         "model.safetensors",
         "checkpoint.safetensors",
         "report.html",
+        "figures/paths.svg",
+        "figures/states.svg",
+        "figures/rooms.svg",
+        "figures/escape.gif",
     ] {
         assert!(out.join(name).exists(), "{name} is missing");
     }
@@ -40,6 +44,11 @@ fn train_and_evaluate_leave_their_files() {
         let text = fs::read_to_string(out.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
         serde_json::from_str(&text).expect("JSON")
     };
+    // The room that was held fixed for the pictures is free again.
+    let config = fs::read_to_string(out.join("config.yaml")).expect("config.yaml");
+    assert!(config.contains("fixed_exit: []"), "{config}");
+    let report = fs::read_to_string(out.join("report.html")).expect("report.html");
+    assert!(report.contains("Three ways out of one room"), "no pictures in the report");
     let fewest = json("summary.json")["evaluation"]["oracle_mean_steps"].as_f64();
     assert!((8.0..11.0).contains(&fewest.expect("the oracle's number")), "{fewest:?}");
 

@@ -31,7 +31,7 @@ impl Preset {
     pub fn episodes(self) -> u32 {
         match self {
             Preset::Paper => 1000,
-            Preset::Robust => 2000,
+            Preset::Robust => 3000,
         }
     }
 
@@ -63,11 +63,11 @@ impl Preset {
             Preset::Robust => Settings {
                 observation_frames: 4,
                 avoid_repetition: true,
-                exploration: EpsilonDecay { minimum: 0.02, maximum: 1.0, fraction: 0.5 },
+                exploration: EpsilonDecay { minimum: 0.05, maximum: 1.0, fraction: 0.3 },
                 memory_capacity: 50_000,
-                batch_size: 100,
+                batch_size: 64,
                 discount: 0.99,
-                blocked_reward: -0.6,
+                blocked_reward: -0.7,
                 mirror: true,
                 history_dropout: 0.5,
                 final_learning_rate: 0.0,

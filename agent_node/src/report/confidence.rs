@@ -1,4 +1,7 @@
-//! How far a success rate of so many episodes can be trusted.
+//! How far a success rate of so many episodes, or a mean over so many seeds, can be trusted.
+
+use serde::Serialize;
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// The two-sided 95 % quantile of the standard normal distribution.
 const Z: f64 = 1.959_964;
@@ -22,6 +25,31 @@ pub(super) fn wilson_interval(successes: u32, trials: u32) -> Option<(f64, f64)>
     Some((low, high))
 }
 
+/// A mean over seeds.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(super) struct Mean {
+    pub mean: f64,
+    /// Student's 95 % confidence interval; none of a single seed.
+    pub interval: Option<(f64, f64)>,
+}
+
+impl Mean {
+    /// `None` without values.
+    pub(super) fn of(values: &[f64]) -> Option<Mean> {
+        let count = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / count;
+        let freedom = count - 1.0;
+        // Without a degree of freedom there is no distribution, and no interval.
+        let interval = StudentsT::new(0.0, 1.0, freedom).ok().map(|distribution| {
+            let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+            let error = (squares / freedom / count).sqrt();
+            let half_width = distribution.inverse_cdf(0.975) * error;
+            (mean - half_width, mean + half_width)
+        });
+        (!values.is_empty()).then_some(Mean { mean, interval })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -34,6 +62,16 @@ mod tests {
             let interval = wilson_interval(successes, trials).unwrap();
             assert!((interval.0 - low).abs() < 5e-5 && (interval.1 - high).abs() < 5e-5);
         }
+    }
+
+    #[test]
+    fn a_mean_has_students_interval() {
+        // The quantile for four degrees of freedom is 2.776445; the standard error here is 0.707107.
+        let mean = Mean::of(&[1.0, 2.0, 3.0, 4.0, 5.0]).unwrap();
+        let (low, high) = mean.interval.unwrap();
+        assert!((low - 1.036_757).abs() < 1e-5 && (high - 4.963_243).abs() < 1e-5, "{mean:?}");
+        assert_eq!(Mean::of(&[3.0]), Some(Mean { mean: 3.0, interval: None }));
+        assert_eq!(Mean::of(&[]), None);
     }
 
     #[test]

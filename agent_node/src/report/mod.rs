@@ -8,19 +8,21 @@ mod chart;
 mod confidence;
 mod curve;
 pub mod escape;
+mod escape_figures;
 mod figures;
 mod frame;
 mod moving_average;
 mod numbers;
-mod runs;
+mod reproduction;
 mod section;
 mod table;
 mod tensorboard;
 
 use askama::Template;
 
+pub use self::escape_figures::{EscapeFigure, EscapeFigures};
 pub use self::frame::CaptionedFrame;
-pub use self::runs::runs_table;
+pub use self::reproduction::Reproduction;
 pub use self::section::replace_section;
 pub use self::tensorboard::{TensorBoard, TensorBoardError};
 
@@ -40,6 +42,8 @@ pub struct Report<'a> {
     pub evaluation: Option<&'a Evaluation>,
     /// A handful of images from the robot's camera.
     pub frames: &'a [CaptionedFrame],
+    /// Pictures of the policy on its way out, if there are any.
+    pub escapes: Option<&'a EscapeFigures>,
 }
 
 /// The facts of a run, as in `summary.json`.
@@ -85,6 +89,8 @@ impl Report<'_> {
             learning_curve: figures::learning_curve(self.records)?,
             details: figures::details(self.records)?,
             test: self.evaluation.map(table::test),
+            escapes: self.escapes.map_or(&[], EscapeFigures::figures),
+            animation: self.escapes.and_then(EscapeFigures::animation_uri),
             frames: self.frames.iter().map(|frame| (frame.data_uri(), &*frame.caption)).collect(),
         };
         Ok(page.render()?)
@@ -124,6 +130,9 @@ struct Page<'a> {
     learning_curve: [Figure; 2],
     details: [Figure; 4],
     test: Option<Vec<Row>>,
+    escapes: &'a [EscapeFigure],
+    /// A data URI.
+    animation: Option<String>,
     /// (data URI, caption)
     frames: Vec<(String, &'a str)>,
 }

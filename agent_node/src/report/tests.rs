@@ -57,7 +57,7 @@ fn page(
         steps_per_s: 44.9,
         update_us: None,
     };
-    Report { run, records, evaluation, frames }.to_html().unwrap()
+    Report { run, records, evaluation, frames, escapes: None }.to_html().unwrap()
 }
 
 #[test]

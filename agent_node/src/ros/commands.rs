@@ -19,6 +19,8 @@ use ros_runtime::{
 
 use super::{
     console::Console,
+    escapes,
+    ground_truth::GroundTruth,
     parameters::{Defaults, count, declare, model_settings, scenario, training_settings},
     publishers::publish_status,
     simulator::{Connection, Simulator},
@@ -36,7 +38,7 @@ use crate::{
         seeds::{Purpose, episode_seed},
         training::{Listener, Plan, Training, TrainingError},
     },
-    report::{CaptionedFrame, Report, RunFacts, TensorBoard},
+    report::{CaptionedFrame, EscapeFigures, Report, RunFacts, TensorBoard},
     run::{RunDirectory, Summary},
     saver::{Saver, Snapshot},
 };
@@ -191,7 +193,7 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
         evaluation: None,
     };
     directory.write_json("summary.json", &summary)?;
-    let mut frames = Vec::new();
+    let (mut frames, mut escapes) = (Vec::new(), None);
     if test.episodes > 0 {
         let plan = test.plan(&training.plan.scenario);
         let mut policy = training.policy()?;
@@ -203,8 +205,9 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
         summary.evaluation = Some(tested.evaluation);
         frames = tested.frames;
         directory.write_json("summary.json", &summary)?;
+        escapes = draw_escapes(&plan, &mut policy, room, &namespaces[0], &common, &directory)?;
     }
-    let page = report(&summary, &training.progress.records, &frames)?;
+    let page = report(&summary, &training.progress.records, &frames, escapes.as_ref())?;
     directory.write("report.html", page.as_bytes())?;
     info!("everything is in {}", out.display());
     Ok(())
@@ -243,10 +246,41 @@ pub fn evaluate(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<
     };
     let plan = test.plan(&scenario);
     match run_and_sum_up(&plan, &mut policy, &mut room, oracle.as_ref())? {
-        Some(tested) => directory.write_json("evaluation.json", &tested.evaluation)?,
+        Some(tested) => {
+            directory.write_json("evaluation.json", &tested.evaluation)?;
+            draw_escapes(&plan, &mut policy, &mut room, "", &common, &directory)?;
+        }
         None => info!("stopped before the end of the test"),
     }
     Ok(node.shutdown().check()?)
+}
+
+/// Draws the policy's escapes into the directory `figures`; `None` where they cannot be seen, or if the
+/// node shuts down.
+fn draw_escapes(
+    plan: &TestPlan,
+    policy: &mut Policy,
+    room: &mut Simulator,
+    namespace: &str,
+    common: &Common,
+    directory: &RunDirectory,
+) -> anyhow::Result<Option<EscapeFigures>> {
+    if !common.figures {
+        return Ok(None);
+    }
+    let truth = GroundTruth::new(room.node(), namespace)?;
+    let figures = match escapes::figures(plan, policy, room, &truth, &common.simulator_parameters) {
+        Ok(Some(figures)) => figures,
+        Ok(None) => return Ok(None),
+        // What is done is done; only pictures are missing.
+        Err(error) if matches!(error.downcast_ref(), Some(EnvironmentError::Shutdown)) => {
+            return Ok(None);
+        }
+        Err(error) => return Err(error),
+    };
+    let directory = RunDirectory::open(&directory.file("figures"))?;
+    figures.files().try_for_each(|(name, bytes)| directory.write(&name, bytes))?;
+    Ok(Some(figures))
 }
 
 /// What `train` and `evaluate` have in common.
@@ -254,6 +288,7 @@ struct Common {
     deadline: Option<Duration>,
     simulator_parameters: ParameterClient,
     simulator: String,
+    figures: bool,
 }
 
 impl Common {
@@ -273,12 +308,14 @@ impl Common {
             namespace => format!("{namespace}/sim_node"),
         };
         let simulator = declare(&parameters, "simulator", default, "the simulator's node")?;
+        let figures = declare(&parameters, "figures", true, "draw some escapes after the test")?;
         declare(&parameters, "use_sim_time", false, "ROS's switch for simulated time")?;
         parameters.refuse_undeclared()?;
         Ok(Common {
             deadline: (deadline > 0.0).then(|| Duration::from_secs_f64(deadline)),
             simulator_parameters: ParameterClient::new(node, &simulator)?,
             simulator,
+            figures,
         })
     }
 }
@@ -451,6 +488,7 @@ fn report(
     summary: &Summary,
     records: &[EpisodeRecord],
     frames: &[CaptionedFrame],
+    escapes: Option<&EscapeFigures>,
 ) -> anyhow::Result<String> {
     let run = RunFacts {
         scenario: &summary.scenario,
@@ -462,6 +500,7 @@ fn report(
         steps_per_s: summary.steps_per_s,
         update_us: (summary.update_us > 0.0).then_some(summary.update_us),
     };
-    let report = Report { run, records, evaluation: summary.evaluation.as_ref(), frames };
+    let evaluation = summary.evaluation.as_ref();
+    let report = Report { run, records, evaluation, frames, escapes };
     Ok(report.to_html()?)
 }

@@ -2,6 +2,8 @@
 
 pub mod commands;
 mod console;
+mod escapes;
+mod ground_truth;
 mod parameters;
 mod publishers;
 mod simulator;

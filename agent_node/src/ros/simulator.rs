@@ -7,7 +7,9 @@
 
 use std::{num::NonZeroU64, time::Duration};
 
-use evac_msgs::{ActionCommand, Header, QValues, Reset, Step as StepService, reset, status, step};
+use evac_msgs::{
+    ActionCommand, Header, QValues, Reset, Step as StepService, Time, reset, status, step,
+};
 use log::warn;
 use rand::Rng;
 use ros_runtime::{
@@ -99,6 +101,16 @@ impl<'a> Simulator<'a> {
             reset: None,
             step: None,
         })
+    }
+
+    /// The node that speaks with the simulator.
+    pub fn node(&self) -> &'a Node {
+        self.node
+    }
+
+    /// The stamp of what was seen last; 0 before the first image.
+    pub fn stamp(&self) -> Time {
+        self.episode.as_ref().map_or_else(Time::default, |episode| episode.header.stamp)
     }
 
     fn send_reset(&mut self, seed: NonZeroU64, scenario: &str) -> Call<Reset> {

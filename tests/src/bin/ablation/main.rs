@@ -64,7 +64,7 @@ fn main() -> anyhow::Result<()> {
         while let Some((variant, scenario)) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
             let name = scenario.name();
             let of_variant = |figures: &Figures| figures.get(variant.name).cloned();
-            let known = of_variant(&*lock(&figures)).unwrap_or_default();
+            let known = of_variant(&lock(&figures)).unwrap_or_default();
             if known.contains_key(name) {
                 continue;
             }
@@ -86,7 +86,7 @@ fn main() -> anyhow::Result<()> {
         threads.into_iter().try_for_each(|thread| thread.join().expect("no training panics"))
     })?;
     if let Some(page) = &command_line.results {
-        let tables = table::tables(&variants, &*lock(&figures));
+        let tables = table::tables(&variants, &lock(&figures));
         agent_node::report::replace_section(page, "ablation", &tables)?;
     }
     Ok(())

@@ -1,0 +1,181 @@
+//! Escapes for the pictures: the policy's way out of rooms that are held fixed, and out of some of
+//! the test's, with where everything really was.
+
+use std::{num::NonZeroU64, time::Duration};
+
+use anyhow::Context;
+use log::warn;
+use ros_runtime::parameters::{ParameterClient, ParameterValue};
+
+use super::{ground_truth::GroundTruth, simulator::Simulator};
+use crate::{
+    environment::Environment,
+    learning::{
+        evaluation::TestPlan,
+        image::Image,
+        policy::Policy,
+        scenario::{MIXED, room_of_episode},
+        seeds::{Purpose, episode_seed},
+    },
+    report::{
+        EscapeFigures,
+        escape::{Escape, Moment},
+    },
+};
+
+/// Rooms of the test that are shown, the first ones.
+const ROOMS: u32 = 6;
+/// How often an episode begins anew until somebody says where things are: at first the readers may
+/// not be known yet.
+const ATTEMPTS: usize = 5;
+/// How long the simulator's parameter services may take.
+const DEADLINE: Duration = Duration::from_secs(5);
+
+/// A room that is held fixed, as the simulator's parameters `fixed_*` say it.
+struct FixedRoom {
+    exit: [f64; 2],
+    cylinders: &'static [f64],
+    /// Where the robot starts, one after the other: x, y and heading.
+    starts: [[f64; 3]; 3],
+}
+
+impl FixedRoom {
+    fn of(scenario: &str) -> FixedRoom {
+        let around = [[-0.8, -0.8, 0.0], [0.9, -0.7, 2.4], [-1.0, 0.1, -1.6]];
+        let room = FixedRoom { exit: [1.0, 0.5], cylinders: &[], starts: around };
+        match scenario {
+            // Figure 7: the exit is behind the wall, and the robot within it.
+            "concave" => FixedRoom {
+                exit: [1.0, 0.0],
+                starts: [[0.0, -0.05, -1.0], [-0.3, -0.2, 2.0], [0.25, -0.2, 0.5]],
+                ..room
+            },
+            "one_cylinder" | "one_moving" => FixedRoom { cylinders: &[0.1, 0.1], ..room },
+            "two_cylinders" | "two_moving" => {
+                FixedRoom { cylinders: &[-0.35, 0.25, 0.4, -0.1], ..room }
+            }
+            "three_cylinders" | "three_moving" => {
+                FixedRoom { cylinders: &[-0.45, 0.3, 0.45, 0.35, 0.0, -0.45], ..room }
+            }
+            _ => room,
+        }
+    }
+}
+
+/// The figures of a policy in a scenario; `None`, with a warning, where nobody publishes the ground
+/// truth.
+pub fn figures<'node>(
+    plan: &TestPlan,
+    policy: &mut Policy,
+    room: &mut Simulator<'node>,
+    truth: &GroundTruth<'node>,
+    parameters: &ParameterClient,
+) -> anyhow::Result<Option<EscapeFigures>> {
+    let mut recorder = Recorder { plan, policy, room, truth };
+    let mut rooms = Vec::new();
+    for episode in 0..plan.episodes.min(ROOMS) {
+        let seed = episode_seed(Purpose::Test, plan.seed, episode);
+        let scenario = room_of_episode(&plan.scenario, Purpose::Test, plan.seed, episode);
+        let Some(escape) = recorder.record(seed, scenario)? else {
+            warn!("nobody publishes odom and scene: there are no figures of escapes");
+            return Ok(None);
+        };
+        rooms.push(escape);
+    }
+    let fixed = match plan.scenario.as_str() {
+        MIXED => Vec::new(),
+        scenario => recorder.fixed(scenario, parameters)?,
+    };
+    let moves = plan.scenario.ends_with("_moving");
+    Ok(Some(EscapeFigures::draw(&rooms, &fixed, moves)))
+}
+
+struct Recorder<'a, 'node> {
+    plan: &'a TestPlan,
+    policy: &'a mut Policy,
+    room: &'a mut Simulator<'node>,
+    truth: &'a GroundTruth<'node>,
+}
+
+impl Recorder<'_, '_> {
+    /// Three escapes from one room; none, with a warning, where the room cannot be held fixed.
+    fn fixed(
+        &mut self,
+        scenario: &str,
+        simulator: &ParameterClient,
+    ) -> anyhow::Result<Vec<Escape>> {
+        let FixedRoom { exit, cylinders, starts } = FixedRoom::of(scenario);
+        let node = self.room.node();
+        let before = match node.block_on(simulator.values(DEADLINE)) {
+            Ok(values) => values,
+            Err(error) => {
+                warn!("the room cannot be held fixed for the figures: {error}");
+                return Ok(Vec::new());
+            }
+        };
+        let set = |name: &str, value: ParameterValue| {
+            let set = node.block_on(simulator.set(name, value, DEADLINE));
+            match set {
+                Ok(Ok(())) => true,
+                Ok(Err(reason)) => {
+                    warn!("the room cannot be held fixed for the figures: {reason}");
+                    false
+                }
+                Err(error) => {
+                    warn!("the room cannot be held fixed for the figures: {error}");
+                    false
+                }
+            }
+        };
+        let numbers = |numbers: &[f64]| ParameterValue::DoubleArray(numbers.to_vec());
+        let mut escapes = Vec::new();
+        let mut is_fixed =
+            set("fixed_exit", numbers(&exit)) && set("fixed_cylinders", numbers(cylinders));
+        for (start, episode) in starts.iter().zip(0..) {
+            is_fixed = is_fixed && set("fixed_robot", numbers(start));
+            if !is_fixed {
+                break;
+            }
+            let seed = episode_seed(Purpose::Test, self.plan.seed, episode);
+            escapes.extend(self.record(seed, scenario)?);
+        }
+        for name in ["fixed_exit", "fixed_cylinders", "fixed_robot"] {
+            set(name, before.get(name).cloned().unwrap_or(numbers(&[])));
+        }
+        Ok(escapes)
+    }
+
+    /// One episode; `None` if nobody says where things are.
+    fn record(&mut self, seed: NonZeroU64, scenario: &str) -> anyhow::Result<Option<Escape>> {
+        let mut begun: Option<(Image, _)> = None;
+        for _ in 0..ATTEMPTS {
+            let image = self.room.reset(seed, scenario)?;
+            if let Some(seen) = self.truth.at(self.room.stamp()) {
+                begun = Some((image, seen));
+                break;
+            }
+        }
+        let Some((mut image, (mut pose, mut scene))) = begun else {
+            return Ok(None);
+        };
+        self.policy.begin(image.clone());
+        let (mut moments, mut escaped) = (Vec::new(), false);
+        for _ in 0..self.plan.max_steps {
+            let decision = self.policy.decide();
+            let values = decision.values.context("a policy always has values")?;
+            let step = self.room.step(&decision)?;
+            let Some((next_pose, next_scene)) = self.truth.at(self.room.stamp()) else {
+                return Ok(None);
+            };
+            let (action, blocked) = (decision.action, step.blocked);
+            moments.push(Moment { pose, scene, image, values, action, blocked });
+            (pose, scene, image) = (next_pose, next_scene, step.image.clone());
+            self.policy.observe(action, step.image);
+            escaped = step.terminated;
+            if step.terminated || step.truncated {
+                break;
+            }
+        }
+        Ok(Some(Escape { moments, last: (pose, scene), escaped }))
+    }
+}
