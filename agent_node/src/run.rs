@@ -3,7 +3,6 @@
 use std::{
     collections::BTreeMap,
     fs,
-    io::Write,
     os::unix::fs::PermissionsExt,
     path::{Path, PathBuf},
 };
@@ -92,21 +91,33 @@ impl RunDirectory {
 
     /// Writes a file: a temporary one beside it first, which then takes its name.
     pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), WriteError> {
-        let path = self.file(name);
-        let write = || -> std::io::Result<()> {
+        self.write_by(name, |path| Ok(fs::write(path, bytes)?))
+    }
+
+    /// As [`RunDirectory::write`], by a function that writes to a path or replaces what is there.
+    pub fn write_by(
+        &self,
+        name: &str,
+        write: impl FnOnce(&Path) -> anyhow::Result<()>,
+    ) -> Result<(), WriteError> {
+        let target = self.file(name);
+        let write = || -> anyhow::Result<()> {
             // As any other file: for whomever the umask leaves it to.
             let permissions = fs::Permissions::from_mode(0o666);
-            let mut file = tempfile::Builder::new()
+            let temporary = tempfile::Builder::new()
                 .prefix(name)
                 .permissions(permissions)
-                .tempfile_in(&self.path)?;
-            file.write_all(bytes)?;
-            file.as_file().sync_all()?;
-            file.persist(&path)?;
+                .tempfile_in(&self.path)?
+                .into_temp_path();
+            let permissions = fs::metadata(&temporary)?.permissions();
+            write(&temporary)?;
+            fs::set_permissions(&temporary, permissions)?;
+            fs::File::open(&temporary)?.sync_all()?;
+            temporary.persist(&target)?;
             // The name is part of the directory, which has to reach the disk, too.
-            fs::File::open(&self.path)?.sync_all()
+            Ok(fs::File::open(&self.path)?.sync_all()?)
         };
-        write().map_err(|error| write_error(&path, error))
+        write().map_err(|error| write_error(&target, error))
     }
 
     /// Writes a value as indented JSON.

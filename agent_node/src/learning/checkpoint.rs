@@ -3,12 +3,12 @@
 //! `checkpoint.safetensors` holds the weights of both networks, Adam's moments in the same shapes, the replay memory
 //! and, as JSON under its only metadata key, the progress and the state of every random sequence.
 
-use std::{collections::HashMap, fmt::Display, path::Path, time::Duration};
+use std::{borrow::Cow, collections::HashMap, fmt::Display, ops::Range, path::Path, time::Duration};
 
 use candle_core::{Device, Tensor};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use safetensors::SafeTensors;
+use safetensors::{Dtype, SafeTensors, View};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -116,8 +116,8 @@ pub fn load_model(path: &Path, settings: &Settings) -> Result<QNetwork, LoadErro
 }
 
 impl Training {
-    /// The bytes of `checkpoint.safetensors`.
-    pub fn checkpoint_bytes(&self) -> Result<Vec<u8>, candle_core::Error> {
+    /// Writes `checkpoint.safetensors`, image by image: nobody needs to hold all of it.
+    pub fn write_checkpoint(&self, path: &Path) -> Result<(), candle_core::Error> {
         let learner = &self.learner;
         let memory = &learner.memory;
         let needed = memory.needed_images();
@@ -136,23 +136,23 @@ impl Training {
             oldest: memory.oldest_index(),
         };
         let device = &Device::Cpu;
-        let mut tensors: Vec<(String, Tensor)> = Vec::new();
+        let mut tensors: Vec<(String, Column)> = Vec::new();
         for (prefix, parameters) in learner.parameters() {
             let network = parameters.network()?;
             let named = network.tensors();
-            tensors.extend(named.map(|(name, tensor)| (prefix.to_owned() + &name, tensor.clone())));
+            let named =
+                named.map(|(name, tensor)| (prefix.to_owned() + &name, Column::of(tensor.clone())));
+            tensors.extend(named);
         }
-        let count = (needed.end - needed.start) as usize;
-        let mut images = Vec::with_capacity(count * Image::BYTES);
         let frames = || needed.clone().map(|number| memory.frame(number));
-        frames().for_each(|frame| images.extend_from_slice(&frame.image));
-        tensors.push((
-            "memory.images".into(),
-            Tensor::from_vec(images, (count, Image::HEIGHT, Image::WIDTH, 3), device)?,
-        ));
+        for (piece, first) in needed.clone().step_by(PIECE as usize).enumerate() {
+            let numbers = first..needed.end.min(first + PIECE);
+            tensors.push((images_name(piece), Column::images(memory, numbers)));
+        }
         let mut add = |name: &str, values: Vec<u32>| {
             let count = values.len();
-            tensors.push((format!("memory.{name}"), Tensor::from_vec(values, count, device)?));
+            let tensor = Tensor::from_vec(values, count, device)?;
+            tensors.push((format!("memory.{name}"), Column::of(tensor)));
             Ok::<(), candle_core::Error>(())
         };
         let mut image_column =
@@ -172,10 +172,10 @@ impl Training {
 
         let state = serde_json::to_string(&state).map_err(candle_core::Error::wrap)?;
         let metadata = HashMap::from([(METADATA_KEY.to_owned(), state)]);
-        Ok(safetensors::serialize(tensors, Some(metadata))?)
+        Ok(safetensors::serialize_to_file(tensors, Some(metadata), path)?)
     }
 
-    /// Takes a training up again where [`Training::checkpoint_bytes`] laid it down. The plan and
+    /// Takes a training up again where [`Training::write_checkpoint`] laid it down. The plan and
     /// the settings must be those of then.
     pub fn load(path: &Path, plan: Plan, settings: Settings) -> Result<Training, LoadError> {
         let bytes = read(path)?;
@@ -227,6 +227,63 @@ impl Training {
         learner.replay_random = state.replay_random.restore().map_err(damaged)?;
         training.progress = state.progress;
         Ok(training)
+    }
+}
+
+/// Images in a tensor of the file.
+const PIECE: u64 = 256;
+
+fn images_name(piece: usize) -> String {
+    format!("memory.images.{piece:06}")
+}
+
+/// A tensor of the file: as candle has it, or images, which are put together when they are written.
+enum Column<'a> {
+    Tensor(Tensor),
+    Images { memory: &'a ReplayMemory, numbers: Range<u64>, shape: [usize; 4] },
+}
+
+impl<'a> Column<'a> {
+    fn of(tensor: Tensor) -> Column<'a> {
+        Column::Tensor(tensor)
+    }
+
+    fn images(memory: &'a ReplayMemory, numbers: Range<u64>) -> Column<'a> {
+        let count = (numbers.end - numbers.start) as usize;
+        Column::Images { memory, numbers, shape: [count, Image::HEIGHT, Image::WIDTH, 3] }
+    }
+}
+
+impl View for Column<'_> {
+    fn dtype(&self) -> Dtype {
+        match self {
+            Column::Tensor(tensor) => View::dtype(tensor),
+            Column::Images { .. } => Dtype::U8,
+        }
+    }
+
+    fn shape(&self) -> &[usize] {
+        match self {
+            Column::Tensor(tensor) => View::shape(tensor),
+            Column::Images { shape, .. } => shape,
+        }
+    }
+
+    fn data(&self) -> Cow<'_, [u8]> {
+        match self {
+            Column::Tensor(tensor) => View::data(tensor),
+            Column::Images { memory, numbers, .. } => {
+                let images = numbers.clone().map(|number| memory.frame(number).image);
+                images.collect::<Vec<_>>().into_flattened().into()
+            }
+        }
+    }
+
+    fn data_len(&self) -> usize {
+        match self {
+            Column::Tensor(tensor) => View::data_len(tensor),
+            Column::Images { shape, .. } => shape.iter().product(),
+        }
     }
 }
 
@@ -297,8 +354,11 @@ fn memory(
     let column = |name: &str| {
         tensor(name)?.to_vec1::<u32>().map_err(|error| format!("memory.{name}: {error}"))
     };
-    let images = tensor("images")?.flatten_all().and_then(|images| images.to_vec1::<u8>());
-    let images = images.map_err(|error| format!("memory.images: {error}"))?;
+    let mut images: Vec<u8> = Vec::new();
+    for piece in (0..).map(images_name).map_while(|name| tensors.get(&name)) {
+        let bytes = piece.flatten_all().and_then(|images| images.to_vec1::<u8>());
+        images.extend(bytes.map_err(|error| format!("memory.images: {error}"))?);
+    }
     let (images, rest) = images.as_chunks();
     let count = images.len();
     let [backs, actions, tried] = ["images.back", "images.action", "images.tried"].map(column);
@@ -384,6 +444,13 @@ mod tests {
         Plan { scenario: "empty".into(), episodes: 10, seed: 3, rooms: 2 }
     }
 
+    fn bytes_of(training: &Training) -> Vec<u8> {
+        let directory = tempfile::tempdir().unwrap();
+        let file = directory.path().join("checkpoint.safetensors");
+        training.write_checkpoint(&file).unwrap();
+        std::fs::read(file).unwrap()
+    }
+
     fn load(bytes: &[u8], plan: Plan, settings: Settings) -> Result<Training, String> {
         let directory = tempfile::tempdir().unwrap();
         let file = directory.path().join("checkpoint.safetensors");
@@ -407,7 +474,7 @@ mod tests {
     #[test]
     fn a_checkpoint_of_another_training_is_refused_by_what_differs() {
         let settings = Preset::Paper.settings();
-        let bytes = Training::new(plan(), settings.clone()).unwrap().checkpoint_bytes().unwrap();
+        let bytes = bytes_of(&Training::new(plan(), settings.clone()).unwrap());
         assert!(load(&bytes, plan(), settings.clone()).is_ok());
         let message = |plan, settings| load(&bytes, plan, settings).unwrap_err();
         let other = Plan { seed: 4, ..plan() };
@@ -424,7 +491,7 @@ mod tests {
     #[test]
     fn numbers_that_no_training_has_are_refused() {
         let settings = Preset::Paper.settings();
-        let bytes = Training::new(plan(), settings.clone()).unwrap().checkpoint_bytes().unwrap();
+        let bytes = bytes_of(&Training::new(plan(), settings.clone()).unwrap());
         assert!(load(&with_state(&bytes, "empty", "empty"), plan(), settings.clone()).is_ok());
         for (from, to) in [
             (r#""wall":{"secs":0"#, r#""wall":{"secs":18446744073709551615"#),

@@ -43,7 +43,7 @@ pub struct DynaQ {
     pub(super) replay_random: ChaCha8Rng,
     /// The forward pass of the state in each room, and of a batch.
     activations: Activations,
-    batch_activations: Activations,
+    pub(super) batch_activations: Activations,
     /// The indices of the batch that was drawn last.
     pub(super) batch: Vec<usize>,
     /// `R + gamma Q(s', a'; w_target)` for each experience of it.

@@ -3,7 +3,7 @@
 //! Consecutive experiences share an image, so images are stored once, as bytes, and an experience
 //! points at two of them.
 
-use std::collections::VecDeque;
+use std::{collections::VecDeque, sync::Arc};
 
 use rand::{Rng, RngExt};
 
@@ -44,7 +44,7 @@ pub struct Frame {
 /// The memory: a ring of experiences, and the images that they need.
 ///
 /// Images are numbered in the order of their coming, and kept in chunks; a chunk goes as soon as no
-/// observation reaches back to it.
+/// observation reaches back to it. A clone shares the chunks, so it costs next to nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReplayMemory {
     capacity: usize,
@@ -54,7 +54,8 @@ pub struct ReplayMemory {
     experiences: Vec<Experience>,
     /// Where the next experience goes once the memory is full.
     oldest: usize,
-    images: VecDeque<Vec<Frame>>,
+    /// Shared with those who have cloned the memory, until they differ.
+    images: VecDeque<Arc<Vec<Frame>>>,
     /// The number of the first image that is kept.
     first_image: u64,
     /// The number of the next image.
@@ -251,12 +252,16 @@ impl ReplayMemory {
                 free = self.images.pop_front();
                 self.first_image += CHUNK as u64;
             }
-            let mut chunk = free.unwrap_or_else(|| Vec::with_capacity(CHUNK));
-            chunk.clear();
+            // Unless somebody else still has it, it is used again.
+            let unshared = free.filter(|chunk| Arc::strong_count(chunk) == 1);
+            let mut chunk = unshared.unwrap_or_default();
+            let frames = Arc::make_mut(&mut chunk);
+            frames.clear();
+            frames.reserve_exact(CHUNK);
             self.images.push_back(chunk);
         }
         if let Some(chunk) = self.images.back_mut() {
-            chunk.push(frame);
+            Arc::make_mut(chunk).push(frame);
         }
         self.next_image += 1;
         self.next_image - 1

@@ -113,7 +113,7 @@ pub trait Listener {
 }
 
 /// A training: the plan, the learner and how far they are.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Training {
     /// What it is of.
     pub plan: Plan,

@@ -40,7 +40,7 @@ use crate::{
     },
     report::{CaptionedFrame, EscapeFigures, Report, RunFacts, TensorBoard},
     run::{RunDirectory, Summary},
-    saver::{Saver, Snapshot},
+    saver::{self, Saver},
 };
 
 /// The largest seed: parameters are signed in ROS.
@@ -156,16 +156,16 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
     drop(listener);
     let (episode, path) = (training.episode(), out.display());
     match outcome {
-        Ok(()) => save(&directory, &training)?,
+        Ok(()) => saver::write(&training, &directory)?,
         Err(TrainingError::Environment(EnvironmentError::Shutdown)) => {
-            save(&directory, &training)?;
+            saver::write(&training, &directory)?;
             info!(
                 "stopped in episode {episode}, saved in {path}: the same command with --resume goes on"
             );
             return Ok(());
         }
         Err(error @ (TrainingError::Environment(_) | TrainingError::Listener(_))) => {
-            let saved = match save(&directory, &training) {
+            let saved = match saver::write(&training, &directory) {
                 Ok(()) => format!("saved in {path}"),
                 Err(reason) => format!("and could not be saved: {reason:#}"),
             };
@@ -466,10 +466,6 @@ impl Listener for TrainingListener {
         }
         Ok(())
     }
-}
-
-fn save(directory: &RunDirectory, training: &Training) -> anyhow::Result<()> {
-    Snapshot::of(training)?.write(directory)
 }
 
 /// The simulator's parameters belong to the record of a run; a robot may have none.

@@ -207,7 +207,7 @@ fn a_training_interrupted_anywhere_ends_as_one_that_was_not() {
             };
             while training.run(&mut failing(interruptions), &mut Silent).is_err() {
                 interruptions = interruptions.checked_add(1).expect("it gets ahead between faults");
-                std::fs::write(&file, training.checkpoint_bytes().unwrap()).unwrap();
+                training.write_checkpoint(&file).unwrap();
                 training = Training::load(&file, plan(rooms), settings.clone()).unwrap();
             }
             assert!(interruptions > 3, "only {interruptions} interruptions");
