@@ -33,6 +33,7 @@ fn train_and_evaluate_leave_their_files() {
         "model.safetensors",
         "checkpoint.safetensors",
         "report.html",
+        "figures/learning_curve.svg",
         "figures/paths.svg",
         "figures/states.svg",
         "figures/rooms.svg",

@@ -3,7 +3,9 @@
 //! `checkpoint.safetensors` holds the weights of both networks, Adam's moments in the same shapes, the replay memory
 //! and, as JSON under its only metadata key, the progress and the state of every random sequence.
 
-use std::{borrow::Cow, collections::HashMap, fmt::Display, ops::Range, path::Path, time::Duration};
+use std::{
+    borrow::Cow, collections::HashMap, fmt::Display, ops::Range, path::Path, time::Duration,
+};
 
 use candle_core::{Device, Tensor};
 use rand::SeedableRng;

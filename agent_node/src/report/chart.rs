@@ -15,13 +15,21 @@ const FINENESS: u32 = 4;
 const LETTERS: u32 = 12;
 
 /// An ink is a CSS variable of the page, which knows about light and dark. plotters knows only RGB:
-/// it draws with a stand-in, which the variable then replaces.
-const INKS: [(RGBColor, &str); 4] = [
-    (LABELS, "var(--muted)"),
-    (GRID, "var(--grid)"),
-    (POINTS, "var(--points)"),
-    (LINE, "var(--line)"),
+/// it draws with a stand-in, which the variable then replaces. The last is its colour on a light page.
+const INKS: [(RGBColor, &str, &str); 4] = [
+    (LABELS, "var(--muted)", "#646b74"),
+    (GRID, "var(--grid)", "#e4e2dd"),
+    (POINTS, "var(--points)", "#7d9bb5"),
+    (LINE, "var(--line)", "#14568f"),
 ];
+
+/// A plot without the page around it: a file of its own.
+pub(super) fn standalone(svg: &str) -> String {
+    let light = INKS.iter().fold(svg.to_owned(), |svg, (_, ink, light)| svg.replace(ink, light));
+    let namespace = "<svg xmlns=\"http://www.w3.org/2000/svg\" font-family=\"sans-serif\"";
+    light.replacen("<svg", namespace, 1)
+}
+
 const LABELS: RGBColor = RGBColor(0, 0, 1);
 const GRID: RGBColor = RGBColor(0, 0, 2);
 const POINTS: RGBColor = RGBColor(0, 0, 3);
@@ -46,7 +54,7 @@ impl Chart<'_> {
     pub fn to_svg(&self) -> Result<String, PlotError> {
         let mut svg = String::new();
         self.draw(&mut svg)?;
-        for (RGBColor(red, green, blue), ink) in INKS {
+        for (RGBColor(red, green, blue), ink, _) in INKS {
             svg = svg.replace(&format!("#{red:02X}{green:02X}{blue:02X}"), ink);
         }
         // Inside a page an SVG element needs no namespace; its size is the style sheet's affair.

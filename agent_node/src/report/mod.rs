@@ -96,6 +96,12 @@ impl Report<'_> {
         Ok(page.render()?)
     }
 
+    /// The learning curve, Figure 3 of the paper, as an SVG file; `None` where there is none yet.
+    pub fn learning_curve(&self) -> Result<Option<String>, ReportError> {
+        let [returns, _] = figures::learning_curve(self.records)?;
+        Ok(returns.svg.as_deref().map(chart::standalone))
+    }
+
     /// The result in one sentence.
     fn lead(&self) -> String {
         let episodes = numbers::count(self.records.len() as u64);

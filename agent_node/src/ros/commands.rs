@@ -207,8 +207,14 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
         directory.write_json("summary.json", &summary)?;
         escapes = draw_escapes(&plan, &mut policy, room, &namespaces[0], &common, &directory)?;
     }
-    let page = report(&summary, &training.progress.records, &frames, escapes.as_ref())?;
-    directory.write("report.html", page.as_bytes())?;
+    let (records, evaluation) = (&training.progress.records, summary.evaluation.as_ref());
+    let (frames, escapes) = (&frames, escapes.as_ref());
+    let report = Report { run: facts(&summary), records, evaluation, frames, escapes };
+    if let Some(curve) = report.learning_curve()? {
+        let figures = RunDirectory::open(&directory.file("figures"))?;
+        figures.write("learning_curve.svg", curve.as_bytes())?;
+    }
+    directory.write("report.html", report.to_html()?.as_bytes())?;
     info!("everything is in {}", out.display());
     Ok(())
 }
@@ -480,13 +486,8 @@ fn add_simulator_parameters(
     }
 }
 
-fn report(
-    summary: &Summary,
-    records: &[EpisodeRecord],
-    frames: &[CaptionedFrame],
-    escapes: Option<&EscapeFigures>,
-) -> anyhow::Result<String> {
-    let run = RunFacts {
+fn facts(summary: &Summary) -> RunFacts<'_> {
+    RunFacts {
         scenario: &summary.scenario,
         preset: &summary.preset,
         seed: summary.seed,
@@ -495,8 +496,5 @@ fn report(
         wall_s: summary.wall_s,
         steps_per_s: summary.steps_per_s,
         update_us: (summary.update_us > 0.0).then_some(summary.update_us),
-    };
-    let evaluation = summary.evaluation.as_ref();
-    let report = Report { run, records, evaluation, frames, escapes };
-    Ok(report.to_html()?)
+    }
 }
