@@ -247,7 +247,7 @@ impl Nodes {
 
     /// Waits until the room has seen some more steps.
     pub fn wait_for_steps(&mut self, steps: u32) {
-        let mut node = self.client();
+        let node = self.client();
         let subscription = node.create_subscription::<EpisodeStatus>("episode", reliable(10));
         let subscription = subscription.expect("a subscription");
         let seen = node.block_on(async {

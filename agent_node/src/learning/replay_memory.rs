@@ -92,11 +92,12 @@ impl ReplayMemory {
     ) -> ReplayMemory {
         let mut memory = ReplayMemory::new(self.capacity, self.rooms, self.frames);
         (memory.first_image, memory.next_image) = (first, first);
+        // Before the images: which of them are kept depends on the experiences.
+        experiences.rotate_right(oldest);
+        (memory.experiences, memory.oldest) = (experiences, oldest);
         for frame in frames {
             memory.push_frame(frame);
         }
-        experiences.rotate_right(oldest);
-        (memory.experiences, memory.oldest) = (experiences, oldest);
         memory
     }
 
@@ -309,7 +310,7 @@ mod tests {
         /// Against a plain queue of whole images, over episodes of any lengths in several rooms.
         #[test]
         fn it_is_a_queue_of_experiences(
-            capacity in 1usize..40,
+            capacity in prop_oneof![1usize..40, 300usize..1000],
             rooms in 1usize..4,
             frames in 1usize..5,
             lengths in prop::collection::vec(1usize..120, 1..60),
@@ -360,6 +361,17 @@ mod tests {
                 prop_assert_eq!(written, expected);
             }
             prop_assert_eq!(memory.len(), model.len());
+            let needed = memory.needed_images();
+            let restored = ReplayMemory::new(capacity, rooms, frames).restore(
+                memory.oldest_first().collect(),
+                memory.oldest_index(),
+                needed.start,
+                needed.clone().map(|number| *memory.frame(number)),
+            );
+            for number in needed {
+                prop_assert_eq!(restored.frame(number), memory.frame(number));
+            }
+            let memory = restored;
             for (experience, (images, action, terminated)) in memory.oldest_first().zip(model) {
                 let seen = |number: u64| memory.past(number).take(frames).map(|m| *m.image);
                 let newest_first = || images.iter().rev().map(|image| *image.bytes());
