@@ -14,8 +14,18 @@
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/nodes.sh"
 
-[[ "${1:-}" != -h && "${1:-}" != --help ]] || { usage && exit 0; }
+seed=0 jobs=2 out=$root/ablation.json
+while [[ $# -gt 0 ]]; do
+    case "$1" in
+        --seed) need_value "$@" && seed=$2 && shift 2 ;;
+        --jobs) need_value "$@" && jobs=$2 && shift 2 ;;
+        --out) need_value "$@" && out=$(realpath "$2") && shift 2 ;;
+        -h | --help) usage && exit 0 ;;
+        *) fail "unknown option '$1'; see --help" ;;
+    esac
+done
 check_rust
 cd "$root"
 cargo build --release --locked --package evac_tests --features benchmark --bin ablation
-"$(realpath "${CARGO_TARGET_DIR:-target}")/release/ablation" --results docs/results.md "$@"
+exec "$(realpath "${CARGO_TARGET_DIR:-target}")/release/ablation" --seed "$seed" --jobs "$jobs" \
+    --out "$out" --results docs/results.md

@@ -24,13 +24,15 @@ while [[ $# -gt 0 ]]; do
 done
 [[ "$seeds" =~ ^[1-9][0-9]?$ ]] || fail "--seeds is '$seeds': expected 1 to 99"
 
+# As agent_node and sim_node know them.
 scenarios=(empty one_cylinder two_cylinders three_cylinders concave one_moving two_moving three_moving)
 test_episodes=2000
 build_nodes
 mkdir -p "$out"
 out=$(realpath "$out")
-# An interrupted training ends well; this script then ends, too.
-trap 'exit 130' INT
+# A child in the background does not hear Ctrl-C: it is told to end, and saves what it has.
+child=
+trap 'kill -TERM "$child" 2>/dev/null; wait "$child"; exit 130' TERM INT
 
 # What there is to do: a weight, which is about the share of the time that it takes; the file that it
 # leaves when it is done; the command.
@@ -43,7 +45,7 @@ add() {
 train() {
     local directory="$out/$2-$3-seed$4"
     add "$1" "$directory/report.html" train.sh --scenario "$2" --preset "$3" --seed "$4" \
-        --test-episodes "$test_episodes" --out "$directory"
+        --evaluation-episodes "$test_episodes" --out "$directory"
 }
 for ((seed = 0; seed < seeds; seed++)); do
     for scenario in "${scenarios[@]}"; do
@@ -74,7 +76,9 @@ for index in "${!files[@]}"; do
     [[ ! -f "$directory/checkpoint.safetensors" ]] || command+=(--resume)
     mkdir -p "$directory"
     started=$SECONDS
-    if ! "$root/launch_scripts/${command[0]}" "${command[@]:1}" >"$directory.log" 2>&1; then
+    "$root/launch_scripts/${command[0]}" "${command[@]:1}" >"$directory.log" 2>&1 </dev/null &
+    child=$!
+    if ! wait "$child"; then
         tail -n 20 "$directory.log" >&2
         fail "this one failed; the whole log is $directory.log"
     fi

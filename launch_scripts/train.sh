@@ -7,7 +7,8 @@
 #   --preset NAME     the hyperparameters, robust or paper (default: robust)
 #   --episodes N      training episodes (default: the preset's, 3000 or 1000)
 #   --seed N          the run is a function of it (default: 0)
-#   --test-episodes N episodes of the test after the training (default: 1000)
+#   --evaluation-episodes N
+#                     episodes of the test after the training (default: 1000)
 #   --simulators N    how many simulators the agent learns in at once (default: 1)
 #   --out DIR         where the run's files go (default: runs/SCENARIO-PRESET-seedN)
 #   --resume          go on from the checkpoint in --out
@@ -24,7 +25,7 @@ while [[ $# -gt 0 ]]; do
         --scenario) need_value "$@" && scenario=$2 && shift 2 ;;
         --preset) need_value "$@" && preset=$2 && shift 2 ;;
         --episodes) need_value "$@" && episodes=$2 && shift 2 ;;
-        --test-episodes) need_value "$@" && test_episodes=$2 && shift 2 ;;
+        --evaluation-episodes) need_value "$@" && test_episodes=$2 && shift 2 ;;
         --seed) need_value "$@" && seed=$2 && shift 2 ;;
         --simulators) need_value "$@" && count=$2 && shift 2 ;;
         --out) need_value "$@" && out=$2 && shift 2 ;;

@@ -62,6 +62,20 @@ fn missing_and_damaged_models() {
     let line = complaint(&nodes, "agent_node", &["evaluate"]);
     assert!(line.contains("parameter 'model' is missing"), "{line}");
 
+    let config = run.join("config.yaml");
+    let text = fs::read_to_string(&config).expect("config.yaml");
+    for (from, to, expected) in [
+        ("observation_frames: 4", "observation_frames: 1000000000", "expected 1 to 64"),
+        ("observation_frames: 4", "observation_frames: -4", "expected 1 to 64"),
+        ("avoid_repetition: true", "avoid_repetition: maybe", "avoid_repetition is"),
+    ] {
+        assert!(text.contains(from), "{text}");
+        fs::write(&config, text.replace(from, to)).expect("another configuration");
+        let line = evaluate(&nodes);
+        assert!(line.contains(expected), "{line}");
+    }
+    fs::write(&config, text).expect("the configuration as it was");
+
     let file = run.join("model.safetensors");
     let bytes = fs::read(&file).expect("the model");
     fs::write(&file, &bytes[..bytes.len() / 2]).expect("half of it");

@@ -119,7 +119,7 @@ fn actions_are_published_for_whoever_watches() {
     let mut nodes = Nodes::new();
     let out = nodes.path("run");
     start_simulator(&mut nodes);
-    let mut watcher = nodes.client();
+    let watcher = nodes.client();
     let actions = watcher.create_subscription::<ActionCommand>("action", reliable(1000));
     let actions = actions.expect("a subscription");
     let statuses = watcher.create_subscription::<EpisodeStatus>("episode", reliable(1000));
@@ -179,8 +179,10 @@ fn a_run_leaves_its_files_and_its_config_repeats_it() {
     let events = fs::read_dir(out.join("tensorboard")).expect("tensorboard").count();
     assert_eq!(events, 1);
     assert!(out.join("checkpoint.safetensors").exists());
+    assert!(out.join("figures/paths.svg").exists());
 
-    // config.yaml holds what both nodes were run with: it is enough to run them again.
+    // config.yaml holds what both nodes were run with: it is enough to run them again, in the same
+    // simulator, which nothing holds fixed any more.
     let config = fs::read_to_string(out.join("config.yaml")).expect("config.yaml");
     for line in ["/**/agent_node:", "/**/sim_node:", "epsilon_min: 0.2", "heading_deviation:"] {
         assert!(config.contains(line), "{line} is missing in\n{config}");

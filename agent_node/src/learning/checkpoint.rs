@@ -220,7 +220,7 @@ impl Training {
         learner.adam.step = state.adam_step;
         learner.memory =
             memory(&tensors, &learner.memory, state.first_image, state.oldest).map_err(damaged)?;
-        let images = state.first_image..learner.memory.next_image();
+        let images = learner.memory.needed_images();
         let mut seen = state.progress.current.iter().flatten().filter_map(|current| current.image);
         if !seen.all(|image| images.contains(&image)) {
             return Err(damaged("what is seen in a room is not in the memory".into()));
@@ -397,7 +397,8 @@ fn memory(
         };
         let (state, next_state) = (states[index], next_states[index]);
         let in_order = index == 0 || next_state > next_states[index - 1];
-        if next_state as usize >= count || state >= next_state || !in_order {
+        let is_near = next_state.saturating_sub(state) <= empty.most_between();
+        if next_state as usize >= count || state >= next_state || !in_order || !is_near {
             return Err(format!("experience {index} points at an image that is not its own"));
         }
         experiences.push(Experience {

@@ -81,7 +81,7 @@ impl DynaQ {
     }
 
     /// Chooses an action in each room, given the number of what is seen there and epsilon: with
-    /// probability epsilon any action alike, otherwise the best. There are at most as many as the
+    /// probability epsilon any action that is not left out, each alike, otherwise the best of these. There are at most as many as the
     /// learner was made for.
     pub fn act(&mut self, states: &[(u64, f64)]) -> Vec<Decision> {
         let Settings { observation_frames, avoid_repetition, .. } = self.settings;
@@ -207,8 +207,9 @@ impl DynaQ {
 
     /// Says how much of the training is done, from 0 to 1.
     pub fn set_progress(&mut self, progress: f64) {
-        let Settings { learning_rate, final_learning_rate, .. } = self.settings;
-        self.adam.learning_rate = learning_rate + (final_learning_rate - learning_rate) * progress;
+        let Settings { learning_rate, final_learning_rate_ratio, .. } = self.settings;
+        let last = learning_rate * final_learning_rate_ratio;
+        self.adam.learning_rate = learning_rate + (last - learning_rate) * progress;
     }
 
     /// An episode has ended.

@@ -5,10 +5,11 @@
 //! - [`dyna_q`]: the learner: act, remember, plan, end an episode.
 //! - [`network`], [`perceptron`]: the networks as they are described and saved, and as they are
 //!   computed and trained.
+//! - [`observation`]: what a policy sees, and what it has tried.
 //! - [`replay_memory`], [`exploration`]: what is remembered, and when chance decides.
 //! - [`policy`], [`evaluation`]: what a trained network does, and its greedy test.
 //! - [`checkpoint`]: a training, laid down and taken up again.
-//! - [`seeds`]: the seed of every episode, from the seed of the run.
+//! - [`seeds`], [`scenario`]: the seed of every episode, from the seed of the run, and its room.
 
 pub mod action;
 pub mod checkpoint;

@@ -31,7 +31,7 @@ pub fn input_size(frames: usize) -> usize {
 pub struct View {
     /// Left and right are exchanged.
     pub mirrored: bool,
-    /// At most so many images are seen, as if the episode had begun with the oldest of them.
+    /// At most so many images are seen; those before are as before the start of an episode.
     pub frames: usize,
 }
 
@@ -83,9 +83,9 @@ pub fn write_input<'a>(
 /// How many moments back a policy remembers what it has tried.
 pub const HORIZON: usize = 50;
 
-/// The actions that have been taken where the same image was seen, within the [`HORIZON`]; none
-/// where that would be all of them. Given the present image, the moments before it, and the actions
-/// that they were left by, newest first.
+/// The actions that were taken last where the same image was seen, within the [`HORIZON`]. Where that
+/// would be all of them, the one that was taken longest ago is not among them. Given the present
+/// image, the moments before it, and the actions that they were left by, newest first.
 pub fn tried<'a>(
     image: &[u8; Image::BYTES],
     actions: impl Iterator<Item = Action>,
@@ -93,12 +93,12 @@ pub fn tried<'a>(
 ) -> ActionSet {
     let same = past.take(HORIZON).zip(actions).filter(|(moment, _)| moment.image == image);
     let mut tried = ActionSet::NONE;
-    // From the newest to the oldest: once all have been tried, they count from anew.
     for (_, action) in same {
-        if tried.with(action).unless_all() == ActionSet::NONE {
+        let more = tried.with(action);
+        if more == ActionSet::ALL {
             break;
         }
-        tried = tried.with(action);
+        tried = more;
     }
     tried
 }

@@ -239,9 +239,14 @@ impl ReplayMemory {
         oldest.saturating_sub(reach).max(self.first_image)..self.next_image
     }
 
+    /// How far apart the numbers of two images that follow each other in a room are at most.
+    pub(super) fn most_between(&self) -> u32 {
+        2 * self.rooms as u32
+    }
+
     /// From the number of an experience's next state to that of the first image of its observation,
     /// at most.
-    pub(super) fn reach(rooms: usize, frames: usize) -> u64 {
+    fn reach(rooms: usize, frames: usize) -> u64 {
         (2 * rooms * (frames.max(HORIZON) + 1)) as u64
     }
 
@@ -262,7 +267,10 @@ impl ReplayMemory {
             self.images.push_back(chunk);
         }
         if let Some(chunk) = self.images.back_mut() {
-            Arc::make_mut(chunk).push(frame);
+            let frames = Arc::make_mut(chunk);
+            // A clone of a shared chunk has no more room than it needs.
+            frames.reserve_exact(CHUNK - frames.len());
+            frames.push(frame);
         }
         self.next_image += 1;
         self.next_image - 1
@@ -300,6 +308,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
+    use crate::learning::observation::History;
 
     fn image(number: usize) -> Image {
         let bytes: Vec<u8> = (0..Image::BYTES).map(|i| (number * 31 + i) as u8).collect();
@@ -325,11 +334,13 @@ mod tests {
             };
             // The steps left, the images so far and the number of the last, in each room.
             let mut states: Vec<Option<(usize, Vec<Image>, u64)>> = vec![None; rooms];
+            let mut histories = vec![History::new(frames); rooms];
             loop {
-                for state in &mut states {
+                for (state, history) in states.iter_mut().zip(&mut histories) {
                     if state.is_none() && let Some(length) = lengths.next() {
                         let first = next_image();
                         let number = memory.begin_episode(&first);
+                        history.begin(first.clone());
                         *state = Some((length, vec![first], number));
                     }
                 }
@@ -340,15 +351,23 @@ mod tests {
                 let expected: Vec<bool> =
                     (0..capacity).map(|index| memory.is_among_next(index, more)).collect();
                 let mut written = vec![false; capacity];
-                for state in &mut states {
+                for (state, history) in states.iter_mut().zip(&mut histories) {
                     let Some((left, mut images, number)) = state.take() else {
                         continue;
                     };
                     let action = Action::try_from((left % 7) as u8).unwrap();
-                    let (next, terminated) = (next_image(), left == 1);
+                    // Some images come again: after a while, or at once.
+                    let next = match left % 5 {
+                        0 => images[images.len() / 2].clone(),
+                        1 => images[images.len() - 1].clone(),
+                        _ => next_image(),
+                    };
+                    let terminated = left == 1;
                     let index = (0..capacity).find(|index| memory.is_among_next(*index, 1));
                     written[index.unwrap()] = true;
                     let number = memory.store(number, action, -0.1, terminated, &next);
+                    history.push(action, next.clone());
+                    prop_assert_eq!(memory.frame(number).tried, history.tried());
                     images.push(next);
                     model.push_back((images.clone(), action, terminated));
                     if model.len() > capacity {

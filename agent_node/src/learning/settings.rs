@@ -52,7 +52,7 @@ impl Preset {
                 mirror: false,
                 history_dropout: 0.0,
                 learning_rate: 1e-4,
-                final_learning_rate: 1e-4,
+                final_learning_rate_ratio: 1.0,
                 weight_decay: 0.0,
                 adam_beta1: 0.9,
                 adam_beta2: 0.999,
@@ -70,7 +70,7 @@ impl Preset {
                 blocked_reward: -0.7,
                 mirror: true,
                 history_dropout: 0.5,
-                final_learning_rate: 0.0,
+                final_learning_rate_ratio: 0.0,
                 weight_decay: 0.5,
                 target_update: 0.005,
                 target_update_at: TargetUpdate::Update,
@@ -144,7 +144,8 @@ pub struct Settings {
     /// How many images an observation holds: the present one and those before it, with the actions
     /// between them.
     pub observation_frames: usize,
-    /// Whether an action is left out where it has been tried in this episode from the same image.
+    /// Whether an action is left out that was tried from the very same image, not long ago in this
+    /// episode ([`HORIZON`](super::observation::HORIZON)).
     pub avoid_repetition: bool,
     /// Eq. 4.
     pub exploration: EpsilonDecay,
@@ -165,12 +166,12 @@ pub struct Settings {
     /// images and actions exchanged, which is the room as another one could be.
     pub mirror: bool,
     /// The share of the memories that an update draws of which only some of the images are seen, as
-    /// at the start of an episode.
+    /// many of the next state as of the state.
     pub history_dropout: f64,
     /// Alpha, the step size of Adam.
     pub learning_rate: f64,
-    /// What alpha has become at the end of the training, a straight line from the beginning.
-    pub final_learning_rate: f64,
+    /// What share of alpha is left at the end of the training, a straight line from the beginning.
+    pub final_learning_rate_ratio: f64,
     /// By what a weight shrinks in an update, in units of alpha (Loshchilov and Hutter, 2019).
     pub weight_decay: f64,
     /// Decay of Adam's mean of the gradients.

@@ -279,10 +279,10 @@ fn draw_escapes(
         Ok(Some(figures)) => figures,
         Ok(None) => return Ok(None),
         // What is done is done; only pictures are missing.
-        Err(error) if matches!(error.downcast_ref(), Some(EnvironmentError::Shutdown)) => {
+        Err(error) => {
+            warn!("there are no figures of escapes: {error:#}");
             return Ok(None);
         }
-        Err(error) => return Err(error),
     };
     let directory = RunDirectory::open(&directory.file("figures"))?;
     figures.files().try_for_each(|(name, bytes)| directory.write(&name, bytes))?;

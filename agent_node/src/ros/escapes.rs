@@ -25,6 +25,8 @@ use crate::{
 
 /// Rooms of the test that are shown, the first ones.
 const ROOMS: u32 = 6;
+/// No picture shows more steps than these.
+const MOST_STEPS: u32 = 200;
 /// How often an episode begins anew until somebody says where things are: at first the readers may
 /// not be known yet.
 const ATTEMPTS: usize = 5;
@@ -128,21 +130,26 @@ impl Recorder<'_, '_> {
             }
         };
         let numbers = |numbers: &[f64]| ParameterValue::DoubleArray(numbers.to_vec());
-        let mut escapes = Vec::new();
+        let mut escapes = Ok(Vec::new());
         let mut is_fixed =
             set("fixed_exit", numbers(&exit)) && set("fixed_cylinders", numbers(cylinders));
         for (start, episode) in starts.iter().zip(0..) {
             is_fixed = is_fixed && set("fixed_robot", numbers(start));
-            if !is_fixed {
+            if !is_fixed || escapes.is_err() {
                 break;
             }
             let seed = episode_seed(Purpose::Test, self.plan.seed, episode);
-            escapes.extend(self.record(seed, scenario)?);
+            let escape = self.record(seed, scenario);
+            escapes = escapes.and_then(|mut escapes| {
+                escapes.extend(escape?);
+                Ok(escapes)
+            });
         }
+        // Whatever happened: a room that stays fixed would be another one for who comes next.
         for name in ["fixed_exit", "fixed_cylinders", "fixed_robot"] {
             set(name, before.get(name).cloned().unwrap_or(numbers(&[])));
         }
-        Ok(escapes)
+        escapes
     }
 
     /// One episode; `None` if nobody says where things are.
@@ -160,7 +167,7 @@ impl Recorder<'_, '_> {
         };
         self.policy.begin(image.clone());
         let (mut moments, mut escaped) = (Vec::new(), false);
-        for _ in 0..self.plan.max_steps {
+        for _ in 0..self.plan.max_steps.min(MOST_STEPS) {
             let decision = self.policy.decide();
             let values = decision.values.context("a policy always has values")?;
             let step = self.room.step(&decision)?;

@@ -64,7 +64,7 @@ impl<'a> GroundTruth<'a> {
 }
 
 fn pose(message: &PoseMessage) -> Pose {
-    let (x, y, _) = plan(message, [0.0, 0.0]);
+    let [x, y] = plan(message, [0.0, 0.0]);
     Pose { x, y, yaw: yaw(message) }
 }
 
@@ -74,12 +74,11 @@ fn yaw(pose: &PoseMessage) -> f64 {
     (2.0 * (q.w * q.z + q.x * q.y)).atan2(1.0 - 2.0 * (q.y * q.y + q.z * q.z))
 }
 
-/// A point of a thing's own ground plan, on the floor: x, y, and again x and y as a corner.
-fn plan(pose: &PoseMessage, [x, y]: [f64; 2]) -> (f64, f64, [f64; 2]) {
+/// A point of a thing's own ground plan, on the floor of the room.
+fn plan(pose: &PoseMessage, [x, y]: [f64; 2]) -> [f64; 2] {
     let (sine, cosine) = yaw(pose).sin_cos();
     let position = &pose.position;
-    let at = [position.x + cosine * x - sine * y, position.y + sine * x + cosine * y];
-    (at[0], at[1], at)
+    [position.x + cosine * x - sine * y, position.y + sine * x + cosine * y]
 }
 
 fn scene_of(message: &MarkerArray) -> Scene {
@@ -92,7 +91,7 @@ fn scene_of(message: &MarkerArray) -> Scene {
 
 /// The ground plan of a marker, in as many pieces as it has.
 fn shapes(marker: &Marker) -> Vec<Shape> {
-    let corner = |point: [f64; 2]| plan(&marker.pose, point).2;
+    let corner = |point: [f64; 2]| plan(&marker.pose, point);
     match marker.r#type {
         Marker::CYLINDER => {
             vec![Shape::Circle { centre: corner([0.0, 0.0]), radius: marker.scale.x / 2.0 }]

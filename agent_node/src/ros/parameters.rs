@@ -99,7 +99,7 @@ pub(super) fn model_settings(
     settings.observation_frames = count(
         parameters,
         "observation_frames",
-        // A negative number of a model's is refused as one that is out of range.
+        // A model's own number may be anything; below the range it is refused as 0 is.
         u64::try_from(frames).unwrap_or(0),
         1..=64,
         "images in an observation: the present one and those before it, with the actions between",
@@ -109,7 +109,7 @@ pub(super) fn model_settings(
         parameters,
         "avoid_repetition",
         avoids,
-        "leave out actions that this episode has tried from the same image",
+        "leave out actions that were tried from the very same image, not long ago in the episode",
     )?;
     Ok((preset, settings))
 }
@@ -185,7 +185,7 @@ pub(super) fn training_settings(
             "history_dropout",
             preset.history_dropout,
             0.0..=1.0,
-            "share of the memories of which only some images are seen, as at an episode's start",
+            "share of the memories of which only some of the images are seen",
         )?,
         learning_rate: number(
             p,
@@ -194,12 +194,12 @@ pub(super) fn training_settings(
             0.0..=1.0,
             "alpha, the step size of Adam",
         )?,
-        final_learning_rate: number(
+        final_learning_rate_ratio: number(
             p,
-            "final_learning_rate",
-            preset.final_learning_rate,
-            0.0..=1.0,
-            "what alpha has become at the end, a straight line from learning_rate",
+            "final_learning_rate_ratio",
+            preset.final_learning_rate_ratio,
+            0.0..=1e3,
+            "what share of learning_rate is left at the end, a straight line from the beginning",
         )?,
         weight_decay: number(
             p,

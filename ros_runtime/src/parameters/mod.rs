@@ -195,7 +195,8 @@ impl Parameters {
         let given = self.overrides.own.get(name).or_else(|| self.overrides.shared.get(name));
         let value = match given {
             Some(value) => accept(name, value.clone(), T::TYPE, &descriptor)?,
-            None => default.into_value(),
+            // A default may come from a file, too.
+            None => accept(name, default.into_value(), T::TYPE, &descriptor)?,
         };
         let declared = Declared { value: value.clone(), descriptor };
         self.lock().insert(name.to_owned(), declared);

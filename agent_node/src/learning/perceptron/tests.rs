@@ -96,11 +96,12 @@ fn the_weights_pass_through_unchanged() {
 /// gradient; then Adam's mean of the gradients forgets it.
 #[test]
 fn the_update_is_candles_autograd_and_adam() {
-    let presets = Preset::ALL.map(Preset::settings);
+    let double_q = Settings { double_q: true, ..Preset::Robust.settings() };
+    let presets = Preset::ALL.map(Preset::settings).into_iter().chain([double_q]);
     let odd = shapes()
         .into_iter()
         .map(|hidden_layers| Settings { hidden_layers, ..Preset::Paper.settings() });
-    for settings in presets.into_iter().chain(odd) {
+    for settings in presets.chain(odd) {
         // Eq. 6 is another test's, and would move the target network between the two updates.
         let settings =
             Settings { memory_capacity: 300, target_update_at: TargetUpdate::Episode, ..settings };
@@ -112,12 +113,13 @@ fn the_update_is_candles_autograd_and_adam() {
         learner.target.read(&target).unwrap();
         remember_anything(&mut learner, 300);
         let mut reference = Reference::new(&train, target, &settings);
-        let mut tolerance = 0.0;
+        let (mut tolerance, mut parted) = (0.0, 0);
         for update in 0..300 {
             assert!(learner.draw(0));
             let (expected, relus) = reference.update(&learner);
             let loss = learner.update();
             let parts = relus != relus_of(&learner);
+            parted += usize::from(parts);
             tolerance = if parts { 1e-6 } else { tolerance * settings.adam_beta1 };
             let error = (loss / expected - 1.0).abs();
             assert!(error < 1e-5, "{hidden:?}, update {update}: {loss}, candle {expected}");
@@ -131,6 +133,7 @@ fn the_update_is_candles_autograd_and_adam() {
                 theirs.set(ours).unwrap();
             }
         }
+        assert!(parted <= 30, "{hidden:?}: {parted} of 300 updates parted");
     }
 }
 

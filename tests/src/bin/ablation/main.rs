@@ -14,14 +14,19 @@ use std::{
     },
 };
 
-use agent_node::learning::{
-    evaluation::{Evaluation, TestListener, TestPlan, run_test},
-    record::EpisodeRecord,
-    training::{Listener, Plan, Training},
+use agent_node::{
+    learning::{
+        evaluation::{Evaluation, TestListener, TestPlan, run_test},
+        record::EpisodeRecord,
+        settings::Settings,
+        training::{Listener, Plan, Training},
+    },
+    run::RunDirectory,
 };
 use anyhow::Context;
 use clap::Parser;
 use evac_tests::Room;
+use serde::{Deserialize, Serialize};
 use sim_node::world::{Scenario, WorldSettings};
 
 use self::variants::{Variant, variants};
@@ -48,8 +53,24 @@ struct CommandLine {
     results: Option<PathBuf>,
 }
 
-/// The figures of every variant, by its name and the scenario.
-type Figures = BTreeMap<String, BTreeMap<String, Evaluation>>;
+/// What every variant has reached, by its name and the scenario.
+type Figures = BTreeMap<String, BTreeMap<String, Reached>>;
+
+/// The test of a training, and what the training was.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Reached {
+    seed: u64,
+    episodes: u32,
+    settings: Settings,
+    evaluation: Evaluation,
+}
+
+impl Reached {
+    fn is_of(&self, variant: &Variant, seed: u64) -> bool {
+        let Reached { settings, .. } = self;
+        (self.seed, self.episodes, settings) == (seed, variant.episodes, &variant.settings)
+    }
+}
 
 fn main() -> anyhow::Result<()> {
     let command_line = CommandLine::parse();
@@ -60,24 +81,32 @@ fn main() -> anyhow::Result<()> {
         .flat_map(|variant| Scenario::ALL.map(|scenario| (variant, scenario)))
         .collect();
     let next = AtomicUsize::new(0);
+    let seed = command_line.seed;
     let work = || -> anyhow::Result<()> {
         while let Some((variant, scenario)) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
             let name = scenario.name();
-            let of_variant = |figures: &Figures| figures.get(variant.name).cloned();
-            let known = of_variant(&lock(&figures)).unwrap_or_default();
-            if known.contains_key(name) {
+            let is_known = |figures: &Figures| {
+                let reached = figures.get(variant.name).and_then(|variant| variant.get(name));
+                reached.is_some_and(|reached| reached.is_of(variant, seed))
+            };
+            if is_known(&lock(&figures)) {
                 continue;
             }
-            let evaluation = train_and_test(variant, name, command_line.seed)?;
+            let evaluation = train_and_test(variant, name, seed).inspect_err(|_| {
+                // Nobody begins another one.
+                next.store(jobs.len(), Ordering::Relaxed);
+            })?;
             eprintln!(
                 "{}, {name}: {:.2} % escape, {:.2} blocked per 100 steps",
                 variant.name,
                 100.0 * evaluation.success_rate,
                 evaluation.blocked_per_100_steps
             );
+            let (episodes, settings) = (variant.episodes, variant.settings.clone());
+            let reached = Reached { seed, episodes, settings, evaluation };
             let mut figures = lock(&figures);
-            figures.entry(variant.name.to_owned()).or_default().insert(name.to_owned(), evaluation);
-            fs::write(&command_line.out, serde_json::to_string_pretty(&*figures)?)?;
+            figures.entry(variant.name.to_owned()).or_default().insert(name.to_owned(), reached);
+            write(&command_line.out, &figures)?;
         }
         Ok(())
     };
@@ -102,6 +131,15 @@ fn read(path: &Path) -> anyhow::Result<Figures> {
     }
     let context = || format!("{} is not from here", path.display());
     serde_json::from_str(&fs::read_to_string(path)?).with_context(context)
+}
+
+/// Whole or not at all: what was reached so far took long.
+fn write(path: &Path, figures: &Figures) -> anyhow::Result<()> {
+    let name = path.file_name().and_then(|name| name.to_str());
+    let name = name.with_context(|| format!("{} is no name of a file", path.display()))?;
+    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+    let directory = RunDirectory::open(parent.unwrap_or(Path::new(".")))?;
+    Ok(directory.write_json(name, figures)?)
 }
 
 struct Silent;

@@ -13,7 +13,7 @@ pub fn tables(variants: &[Variant], figures: &Figures) -> String {
         for variant in variants {
             let cells = Scenario::ALL.map(|scenario| {
                 let evaluation = figures.get(variant.name).and_then(|of| of.get(scenario.name()));
-                evaluation.map_or_else(|| "–".to_owned(), cell)
+                evaluation.map_or_else(|| "–".to_owned(), |reached| cell(&reached.evaluation))
             });
             table += &format!("| {} | {} |\n", variant.name, cells.join(" | "));
         }
