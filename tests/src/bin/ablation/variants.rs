@@ -37,8 +37,6 @@ pub fn variants() -> Vec<Variant> {
                 ..robust.clone()
             },
         ),
-        without("the paper's discount", Settings { discount: paper.discount, ..robust.clone() }),
-        without("the paper's batch", Settings { batch_size: paper.batch_size, ..robust.clone() }),
         without("with double Q-learning", Settings { double_q: true, ..robust }),
     ]
 }
