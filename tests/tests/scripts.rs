@@ -99,7 +99,7 @@ fn ctrl_c_in_a_terminal_saves_the_training_and_leaves_nothing_running() {
     train
         .process_group(0)
         .env("TMPDIR", &temporary)
-        .args(["--episodes", "100000", "--out"])
+        .args(["--preset", "paper", "--episodes", "100000", "--out"])
         .arg(&out);
     let log = nodes.path("train.log");
     let file = fs::File::create(&log).expect("a log");
