@@ -132,13 +132,8 @@ mod tests {
         let scale = Vector3 { x: 0.2, y: 0.5, z: 1.0 };
         let pose = PoseMessage { position, orientation };
         assert!((yaw(&pose) - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
-        let cube = Marker {
-            r#type: Marker::CUBE,
-            ns: "exit".into(),
-            pose: pose.clone(),
-            scale,
-            ..Marker::default()
-        };
+        let cube =
+            Marker { r#type: Marker::CUBE, ns: "exit".into(), pose, scale, ..Marker::default() };
         let wall = Marker {
             r#type: Marker::TRIANGLE_LIST,
             ns: "obstacles".into(),
