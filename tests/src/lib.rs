@@ -2,6 +2,8 @@
 
 mod nodes;
 mod room;
+mod silent;
 
 pub use nodes::{Nodes, PATIENCE, binary, repository};
 pub use room::Room;
+pub use silent::Silent;

@@ -5,14 +5,13 @@ use std::{fs, path::Path, time::Duration};
 use agent_node::{
     learning::{
         checkpoint::model_bytes,
-        record::EpisodeRecord,
         settings::Preset,
-        training::{Listener, Plan, Training},
+        training::{Plan, Training},
     },
     run::RunDirectory,
 };
 use evac_msgs::{ActionCommand, EpisodeStatus};
-use evac_tests::{Nodes, Room};
+use evac_tests::{Nodes, Room, Silent};
 use ros_runtime::node::reliable;
 use sim_node::world::WorldSettings;
 
@@ -22,14 +21,6 @@ const TRAINING: Duration = Duration::from_secs(300);
 const MAX_STEPS: u32 = 60;
 const EPISODES: u32 = 12;
 const SEED: u64 = 5;
-
-struct Silent;
-
-impl Listener for Silent {
-    fn episode(&mut self, _training: &Training, _record: &EpisodeRecord) -> anyhow::Result<()> {
-        Ok(())
-    }
-}
 
 /// The same training in this process: `episodes.csv` and `model.safetensors`.
 fn in_process(scenario: &str, rooms: usize, directory: &Path) -> (Vec<u8>, Vec<u8>) {

@@ -142,9 +142,11 @@ impl Training {
         for (prefix, parameters) in learner.parameters() {
             let network = parameters.network()?;
             let named = network.tensors();
-            let named =
-                named.map(|(name, tensor)| (prefix.to_owned() + &name, Column::of(tensor.clone())));
-            tensors.extend(named);
+            tensors.extend(
+                named.map(|(name, tensor)| {
+                    (prefix.to_owned() + &name, Column::Tensor(tensor.clone()))
+                }),
+            );
         }
         let frames = || needed.clone().map(|number| memory.frame(number));
         for (piece, first) in needed.clone().step_by(PIECE as usize).enumerate() {
@@ -154,7 +156,7 @@ impl Training {
         let mut add = |name: &str, values: Vec<u32>| {
             let count = values.len();
             let tensor = Tensor::from_vec(values, count, device)?;
-            tensors.push((format!("memory.{name}"), Column::of(tensor)));
+            tensors.push((format!("memory.{name}"), Column::Tensor(tensor)));
             Ok::<(), candle_core::Error>(())
         };
         let mut image_column =
@@ -246,10 +248,6 @@ enum Column<'a> {
 }
 
 impl<'a> Column<'a> {
-    fn of(tensor: Tensor) -> Column<'a> {
-        Column::Tensor(tensor)
-    }
-
     fn images(memory: &'a ReplayMemory, numbers: Range<u64>) -> Column<'a> {
         let count = (numbers.end - numbers.start) as usize;
         Column::Images { memory, numbers, shape: [count, Image::HEIGHT, Image::WIDTH, 3] }

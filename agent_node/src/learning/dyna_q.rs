@@ -81,8 +81,8 @@ impl DynaQ {
     }
 
     /// Chooses an action in each room, given the number of what is seen there and epsilon: with
-    /// probability epsilon any action that is not left out, each alike, otherwise the best of these. There are at most as many as the
-    /// learner was made for.
+    /// probability epsilon any action that is not left out, each alike, otherwise the best of these.
+    /// There are at most as many as the learner was made for.
     pub fn act(&mut self, states: &[(u64, f64)]) -> Vec<Decision> {
         let Settings { observation_frames, avoid_repetition, .. } = self.settings;
         let memory = &self.memory;

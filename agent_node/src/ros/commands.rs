@@ -21,6 +21,7 @@ use super::{
     console::Console,
     escapes,
     ground_truth::GroundTruth,
+    name_in,
     parameters::{Defaults, count, declare, model_settings, scenario, training_settings},
     publishers::publish_status,
     simulator::{Connection, Simulator},
@@ -309,10 +310,7 @@ impl Common {
             )
             .range(0.0..=1e6),
         )?;
-        let default = match namespace {
-            "" => "sim_node".to_owned(),
-            namespace => format!("{namespace}/sim_node"),
-        };
+        let default = name_in(namespace, "sim_node");
         let simulator = declare(&parameters, "simulator", default, "the simulator's node")?;
         let figures = declare(&parameters, "figures", true, "draw some escapes after the test")?;
         declare(&parameters, "use_sim_time", false, "ROS's switch for simulated time")?;

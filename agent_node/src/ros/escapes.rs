@@ -106,7 +106,6 @@ impl Recorder<'_, '_> {
         scenario: &str,
         simulator: &ParameterClient,
     ) -> anyhow::Result<Vec<Escape>> {
-        let FixedRoom { exit, cylinders, starts } = FixedRoom::of(scenario);
         let node = self.room.node();
         let before = match node.block_on(simulator.values(DEADLINE)) {
             Ok(values) => values,
@@ -117,39 +116,41 @@ impl Recorder<'_, '_> {
         };
         let set = |name: &str, value: ParameterValue| {
             let set = node.block_on(simulator.set(name, value, DEADLINE));
-            match set {
-                Ok(Ok(())) => true,
-                Ok(Err(reason)) => {
-                    warn!("the room cannot be held fixed for the figures: {reason}");
-                    false
-                }
-                Err(error) => {
-                    warn!("the room cannot be held fixed for the figures: {error}");
-                    false
-                }
+            let refused = set.map_or_else(|error| Some(error.to_string()), Result::err);
+            if let Some(reason) = &refused {
+                warn!("the room cannot be held fixed for the figures: {reason}");
             }
+            refused.is_none()
         };
-        let numbers = |numbers: &[f64]| ParameterValue::DoubleArray(numbers.to_vec());
-        let mut escapes = Ok(Vec::new());
-        let mut is_fixed =
-            set("fixed_exit", numbers(&exit)) && set("fixed_cylinders", numbers(cylinders));
+        let escapes = self.record_starts(scenario, set);
+        // Whatever happened: a room that stays fixed would be another one for who comes next.
+        for name in ["fixed_exit", "fixed_cylinders", "fixed_robot"] {
+            set(name, before.get(name).cloned().unwrap_or(ParameterValue::DoubleArray(Vec::new())));
+        }
+        escapes
+    }
+
+    /// The escapes from the starts of a [`FixedRoom`], as far as `set` can set a parameter of the
+    /// simulator.
+    fn record_starts(
+        &mut self,
+        scenario: &str,
+        set: impl Fn(&str, ParameterValue) -> bool,
+    ) -> anyhow::Result<Vec<Escape>> {
+        let FixedRoom { exit, cylinders, starts } = FixedRoom::of(scenario);
+        let set = |name, numbers: &[f64]| set(name, ParameterValue::DoubleArray(numbers.to_vec()));
+        let mut escapes = Vec::new();
+        if !(set("fixed_exit", &exit) && set("fixed_cylinders", cylinders)) {
+            return Ok(escapes);
+        }
         for (start, episode) in starts.iter().zip(0..) {
-            is_fixed = is_fixed && set("fixed_robot", numbers(start));
-            if !is_fixed || escapes.is_err() {
+            if !set("fixed_robot", start) {
                 break;
             }
             let seed = episode_seed(Purpose::Test, self.plan.seed, episode);
-            let escape = self.record(seed, scenario);
-            escapes = escapes.and_then(|mut escapes| {
-                escapes.extend(escape?);
-                Ok(escapes)
-            });
+            escapes.extend(self.record(seed, scenario)?);
         }
-        // Whatever happened: a room that stays fixed would be another one for who comes next.
-        for name in ["fixed_exit", "fixed_cylinders", "fixed_robot"] {
-            set(name, before.get(name).cloned().unwrap_or(numbers(&[])));
-        }
-        escapes
+        Ok(escapes)
     }
 
     /// One episode; `None` if nobody says where things are.

@@ -14,6 +14,7 @@ use ros_runtime::{
     node::{NodeError, Subscription, reliable},
 };
 
+use super::name_in;
 use crate::report::escape::{Pose, Scene, Shape};
 
 /// How long to wait for the messages of an image. They are sent with it, but a scene at most every
@@ -30,10 +31,7 @@ pub struct GroundTruth<'a> {
 impl<'a> GroundTruth<'a> {
     /// Begins to read the topics in a namespace, which is relative to the node's own.
     pub fn new(node: &'a Node, namespace: &str) -> Result<GroundTruth<'a>, NodeError> {
-        let name = |name: &str| match namespace {
-            "" => name.to_owned(),
-            namespace => format!("{namespace}/{name}"),
-        };
+        let name = |name: &str| name_in(namespace, name);
         Ok(GroundTruth {
             node,
             odometry: node.create_subscription(&name("odom"), reliable(100))?,

@@ -9,3 +9,12 @@ mod publishers;
 mod simulator;
 
 pub use simulator::Simulator;
+
+/// The name of something of a simulator's, which stands in a namespace relative to the node's own;
+/// empty for that one.
+fn name_in(namespace: &str, name: &str) -> String {
+    match namespace {
+        "" => name.to_owned(),
+        namespace => format!("{namespace}/{name}"),
+    }
+}

@@ -18,6 +18,7 @@ use ros_runtime::{
     service::{Call, ServiceClient},
 };
 
+use super::name_in;
 use crate::{
     environment::{Environment, EnvironmentError, Step},
     learning::{action::Action, dyna_q::Decision, image::Image},
@@ -60,10 +61,7 @@ impl Connection {
     /// Makes the clients and publishers of a simulator in a namespace, which is relative to the
     /// node's own; empty for that one.
     pub fn new(node: &mut Node, namespace: &str) -> Result<Connection, NodeError> {
-        let name = |name: &str| match namespace {
-            "" => name.to_owned(),
-            namespace => format!("{namespace}/{name}"),
-        };
+        let name = |name: &str| name_in(namespace, name);
         Ok(Connection {
             reset: node.create_client::<Reset>(&name("reset"))?,
             step: node.create_client::<StepService>(&name("step"))?,

@@ -16,16 +16,15 @@ use std::{
 
 use agent_node::{
     learning::{
-        evaluation::{Evaluation, TestListener, TestPlan, run_test},
-        record::EpisodeRecord,
+        evaluation::{Evaluation, TestPlan, run_test},
         settings::Settings,
-        training::{Listener, Plan, Training},
+        training::{Plan, Training},
     },
     run::RunDirectory,
 };
 use anyhow::Context;
 use clap::Parser;
-use evac_tests::Room;
+use evac_tests::{Room, Silent};
 use serde::{Deserialize, Serialize};
 use sim_node::world::{Scenario, WorldSettings};
 
@@ -141,16 +140,6 @@ fn write(path: &Path, figures: &Figures) -> anyhow::Result<()> {
     let directory = RunDirectory::open(parent.unwrap_or(Path::new(".")))?;
     Ok(directory.write_json(name, figures)?)
 }
-
-struct Silent;
-
-impl Listener for Silent {
-    fn episode(&mut self, _training: &Training, _record: &EpisodeRecord) -> anyhow::Result<()> {
-        Ok(())
-    }
-}
-
-impl TestListener for Silent {}
 
 fn train_and_test(variant: &Variant, scenario: &str, seed: u64) -> anyhow::Result<Evaluation> {
     let plan = Plan { scenario: scenario.to_owned(), episodes: variant.episodes, seed, rooms: 1 };

@@ -3,11 +3,10 @@
 use std::{fs, time::Duration};
 
 use agent_node::learning::{
-    record::EpisodeRecord,
     settings::Preset,
-    training::{Listener, Plan, Training},
+    training::{Plan, Training},
 };
-use evac_tests::{Nodes, Room};
+use evac_tests::{Nodes, Room, Silent};
 use serde_json::Value;
 use sim_node::world::WorldSettings;
 
@@ -25,14 +24,6 @@ pub struct TrainingFigures {
     /// Resident memory at the end of the training, in MB.
     pub sim_rss_mb: f64,
     pub agent_rss_mb: f64,
-}
-
-struct Silent;
-
-impl Listener for Silent {
-    fn episode(&mut self, _training: &Training, _record: &EpisodeRecord) -> anyhow::Result<()> {
-        Ok(())
-    }
 }
 
 pub fn measure() -> anyhow::Result<TrainingFigures> {
