@@ -10,10 +10,10 @@ use super::{
     network::QNetwork,
     observation::{View, input_size},
     perceptron::{Activations, Adam, Perceptron},
-    policy,
     replay_memory::ReplayMemory,
     seeds::{self, Sequence},
     settings::{Settings, TargetUpdate},
+    valuation::Valuation,
 };
 use crate::environment::Step;
 
@@ -22,7 +22,7 @@ use crate::environment::Step;
 pub struct Decision {
     /// The action.
     pub action: Action,
-    /// The values that the training network gives the seven actions; none if this repeats a decision
+    /// What the seven actions are worth to the training network; none if this repeats a decision
     /// of before, which nobody needs to hear of again.
     pub values: Option<[f32; Action::COUNT]>,
     /// Whether chance chose the action, and not its value.
@@ -41,8 +41,9 @@ pub struct DynaQ {
     pub(super) memory: ReplayMemory,
     pub(super) exploration_random: ChaCha8Rng,
     pub(super) replay_random: ChaCha8Rng,
-    /// The forward pass of the state in each room, and of a batch.
-    activations: Activations,
+    /// The forward pass of the state in each room.
+    valuation: Valuation,
+    /// That of a batch.
     pub(super) batch_activations: Activations,
     /// The indices of the batch that was drawn last.
     pub(super) batch: Vec<usize>,
@@ -68,7 +69,7 @@ impl DynaQ {
             exploration_random: seeds::sequence(seed, Sequence::Exploration),
             replay_random: seeds::sequence(seed, Sequence::Replay),
             adam: Adam::new(&train, &settings),
-            activations: train.activations(rooms),
+            valuation: Valuation::new(&train, &settings, rooms),
             settings,
             target: train.clone(),
             batch_activations: train.activations(batch),
@@ -84,15 +85,12 @@ impl DynaQ {
     /// probability epsilon any action that is not left out, each alike, otherwise the best of these.
     /// There are at most as many as the learner was made for.
     pub fn act(&mut self, states: &[(u64, f64)]) -> Vec<Decision> {
-        let Settings { observation_frames, avoid_repetition, .. } = self.settings;
         let memory = &self.memory;
-        let observations = states.iter().map(|(state, _)| (memory.past(*state), View::PLAIN));
-        self.activations.read_observations(observation_frames, observations);
-        self.train.forward(&mut self.activations);
+        let values =
+            self.valuation.of(&self.train, states.iter().map(|(state, _)| memory.past(*state)));
         let random = &mut self.exploration_random;
-        let decide = |((state, epsilon), outputs): (&(u64, f64), &[f32])| {
-            let values = policy::of_actions(outputs);
-            let excluded = match avoid_repetition {
+        let decide = |((state, epsilon), values): (&(u64, f64), [f32; Action::COUNT])| {
+            let excluded = match self.settings.avoid_repetition {
                 true => memory.frame(*state).tried,
                 false => ActionSet::NONE,
             };
@@ -103,7 +101,7 @@ impl DynaQ {
             };
             Decision { action, values: Some(values), explored }
         };
-        states.iter().zip(self.activations.outputs()).map(decide).collect()
+        states.iter().zip(values).map(decide).collect()
     }
 
     /// The first state of an episode; returns its number.
@@ -167,7 +165,8 @@ impl DynaQ {
                 true => view.actions(memory.frame(experience.next_state).tried),
                 false => ActionSet::NONE,
             };
-            *choice = Action::greatest(&policy::of_actions(values), excluded);
+            let (values, _padding) = values.split_first_chunk().expect("a value for each action");
+            *choice = Action::greatest(values, excluded);
         }
         if double_q {
             self.target.forward(activations);

@@ -7,7 +7,8 @@
 //!   computed and trained.
 //! - [`observation`]: what a policy sees, and what it has tried.
 //! - [`replay_memory`], [`exploration`]: what is remembered, and when chance decides.
-//! - [`policy`], [`evaluation`]: what a trained network does, and its greedy test.
+//! - [`valuation`], [`policy`], [`evaluation`]: what the actions are worth to a network, what it does,
+//!   and its greedy test.
 //! - [`checkpoint`]: a training, laid down and taken up again.
 //! - [`seeds`], [`scenario`]: the seed of every episode, from the seed of the run, and its room.
 
@@ -27,3 +28,4 @@ pub mod scenario;
 pub mod seeds;
 pub mod settings;
 pub mod training;
+pub mod valuation;

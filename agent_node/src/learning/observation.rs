@@ -134,7 +134,7 @@ impl History {
     }
 
     /// The present moment and those before it.
-    pub fn past(&self) -> impl Iterator<Item = Moment<'_>> {
+    pub fn past(&self) -> impl Iterator<Item = Moment<'_>> + Clone {
         self.moments.iter().map(|(image, action)| Moment { image: image.bytes(), action: *action })
     }
 

@@ -7,17 +7,17 @@ use super::{
     dyna_q::Decision,
     image::Image,
     network::QNetwork,
-    observation::{History, View},
-    perceptron::{Activations, Perceptron},
+    observation::History,
+    perceptron::Perceptron,
     settings::Settings,
+    valuation::Valuation,
 };
 
 /// A trained network at work: it takes the action of the greatest value, and explores nothing.
 #[derive(Clone, Debug)]
 pub struct Policy {
     network: Perceptron,
-    activations: Activations,
-    frames: usize,
+    valuation: Valuation,
     avoid_repetition: bool,
     history: History,
 }
@@ -26,13 +26,11 @@ impl Policy {
     /// The policy of a network, which sees and does as the settings say.
     pub fn new(network: &QNetwork, settings: &Settings) -> Result<Policy> {
         let network = Perceptron::new(network)?;
-        let Settings { observation_frames: frames, avoid_repetition, .. } = *settings;
         Ok(Policy {
-            activations: network.activations(1),
+            valuation: Valuation::new(&network, settings, 1),
             network,
-            frames,
-            avoid_repetition,
-            history: History::new(frames),
+            avoid_repetition: settings.avoid_repetition,
+            history: History::new(settings.observation_frames),
         })
     }
 
@@ -48,11 +46,9 @@ impl Policy {
 
     /// What it does now, and the values of all actions.
     pub fn decide(&mut self) -> Decision {
-        let observation = std::iter::once((self.history.past(), View::PLAIN));
-        self.activations.read_observations(self.frames, observation);
-        self.network.forward(&mut self.activations);
-        let outputs = self.activations.outputs().next();
-        let values = outputs.map_or([f32::NAN; Action::COUNT], of_actions);
+        let states = std::iter::once(self.history.past());
+        let values = self.valuation.of(&self.network, states).next();
+        let values = values.unwrap_or([f32::NAN; Action::COUNT]);
         let excluded = match self.avoid_repetition {
             true => self.history.tried(),
             false => ActionSet::NONE,
@@ -60,11 +56,4 @@ impl Policy {
         let action = Action::greatest(&values, excluded);
         Decision { action, values: Some(values), explored: false }
     }
-}
-
-/// The values of the actions among the outputs for a state, behind which there is padding.
-pub(super) fn of_actions(outputs: &[f32]) -> [f32; Action::COUNT] {
-    let mut values = [0.0; Action::COUNT];
-    values.copy_from_slice(&outputs[..Action::COUNT]);
-    values
 }

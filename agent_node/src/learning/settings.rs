@@ -163,7 +163,8 @@ pub struct Settings {
     /// Q-learning: van Hasselt, Guez and Silver, 2016).
     pub double_q: bool,
     /// Whether half of the memories that an update draws are seen in a mirror: left and right of
-    /// images and actions exchanged, which is the room as another one could be.
+    /// images and actions exchanged, which is the room as another one could be. A decision then sees
+    /// its state both ways.
     pub mirror: bool,
     /// The share of the memories that an update draws of which only some of the images are seen, as
     /// many of the next state as of the state.
