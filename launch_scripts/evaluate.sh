@@ -27,12 +27,9 @@ while [[ $# -gt 0 ]]; do
         *) fail "unknown option '$1'; see --help" ;;
     esac
 done
-[[ -n "$model" ]] || fail "which model? give --model DIR, the directory of a training"
-[[ -f "$model/config.yaml" ]] || fail "no trained model in $model: there is no config.yaml"
+check_model "$model"
 out=${out:-$model}
-if [[ -z "$scenario" ]]; then
-    scenario=$(sed -n '/agent_node:/,$s/^ *scenario: //p' "$model/config.yaml" | head -n 1)
-fi
+scenario=${scenario:-$(scenario_of "$model")}
 
 build_nodes
 temporary=$(mktemp -d)

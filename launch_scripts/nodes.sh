@@ -44,6 +44,17 @@ build_nodes() {
     bin=$(cd "$root" && realpath "${CARGO_TARGET_DIR:-target}")/release
 }
 
+# Ends the script unless there is a trained model in the directory $1.
+check_model() {
+    [[ -n "$1" ]] || fail "which model? give --model DIR, the directory of a training"
+    [[ -f "$1/config.yaml" ]] || fail "no trained model in $1: there is no config.yaml"
+}
+
+# The scenario that the model in the directory $1 was trained in.
+scenario_of() {
+    sed -n '/agent_node:/,$s/^ *scenario: //p' "$1/config.yaml" | head -n 1
+}
+
 # Runs a simulator in the background, and again if it dies: the agent takes the episode up.
 start_simulator() {
     (

@@ -1,8 +1,11 @@
-//! `agent_node train | evaluate | reproduction | seeds`: see `--help`.
+//! `agent_node train | evaluate | drive | reproduction | seeds`: see `--help`.
 
 use std::{path::PathBuf, process::ExitCode};
 
-use agent_node::{report::Reproduction, ros::commands};
+use agent_node::{
+    report::Reproduction,
+    ros::{commands, drive},
+};
 use clap::{Parser, Subcommand};
 use ros_runtime::Arguments;
 
@@ -28,6 +31,9 @@ enum Command {
         #[arg(long)]
         oracle: Option<PathBuf>,
     },
+    /// Drive a robot with the model in the directory of the parameter `model`: hear only
+    /// `camera/image`, say only `action`
+    Drive,
     /// Sum up what launch_scripts/reproduce.sh has trained and tested (no DDS)
     Reproduction {
         /// The directory of the trainings
@@ -68,6 +74,7 @@ fn run() -> anyhow::Result<()> {
     match CommandLine::parse_from(&arguments.program).command {
         Command::Train { oracle } => commands::train(&arguments, oracle.as_deref()),
         Command::Evaluate { oracle } => commands::evaluate(&arguments, oracle.as_deref()),
+        Command::Drive => drive::drive(&arguments),
         Command::Reproduction { runs, json, results, readme } => {
             let reproduction = Reproduction::read(&runs)?;
             reproduction.write_json(&json)?;

@@ -10,7 +10,7 @@
 //! | the crate root | every topic message, and the markers [`Reset`] and [`Step`] of the services |
 //! | [`reset`], [`step`] | the request and the response of each service |
 //! | [`status`] | the values of the field `status` of both responses |
-//! | [`builtin_interfaces`], [`std_msgs`], [`geometry_msgs`], [`sensor_msgs`], [`nav_msgs`], [`rosgraph_msgs`], [`tf2_msgs`], [`visualization_msgs`] | the standard ROS types that Evac needs |
+//! | [`builtin_interfaces`], [`std_msgs`], [`diagnostic_msgs`], [`geometry_msgs`], [`sensor_msgs`], [`nav_msgs`], [`rosgraph_msgs`], [`tf2_msgs`], [`visualization_msgs`] | the standard ROS types that Evac needs |
 //!
 //! A type here is nothing but its fields in the order of the ROS definition: rustdds encodes them as
 //! CDR by way of serde, which has no names on the wire, so the order is the format. What the values
@@ -23,6 +23,7 @@ mod q_values;
 mod training_status;
 
 pub mod builtin_interfaces;
+pub mod diagnostic_msgs;
 pub mod geometry_msgs;
 pub mod nav_msgs;
 pub mod reset;

@@ -9,9 +9,16 @@ use std::path::{Path, PathBuf};
 
 use evac_msgs::{
     ActionCommand, EpisodeStatus, Header, Image, QValues, Reset, RosMessage, RosService, Step,
-    Time, TrainingStatus, builtin_interfaces::Duration, geometry_msgs, nav_msgs,
-    rosgraph_msgs::Clock, sensor_msgs, status, std_msgs::ColorRGBA, tf2_msgs::TFMessage,
-    visualization_msgs, visualization_msgs::Marker,
+    Time, TrainingStatus,
+    builtin_interfaces::Duration,
+    diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue},
+    geometry_msgs, nav_msgs,
+    rosgraph_msgs::Clock,
+    sensor_msgs, status,
+    std_msgs::ColorRGBA,
+    tf2_msgs::TFMessage,
+    visualization_msgs,
+    visualization_msgs::Marker,
 };
 use serde::de::DeserializeOwned;
 use serde_reflection::{ContainerFormat, Format, Samples, Tracer, TracerConfig};
@@ -39,6 +46,8 @@ impl Definition {
                 continue;
             }
             let (ros_type, rest) = line.split_once(' ').expect("a type and a name");
+            // The same on the wire; Rust has no other name for it.
+            let ros_type = if ros_type == "byte" { "uint8" } else { ros_type };
             match rest.split_once('=') {
                 Some((name, value)) => {
                     let value = match ros_type {
@@ -236,6 +245,9 @@ fn standard_types_are_those_of_ros() {
     let compared = [
         plain::<Duration>(),
         plain::<Time>(),
+        plain::<DiagnosticArray>(),
+        assert_standard::<DiagnosticStatus>(constants!(DiagnosticStatus: OK, WARN, ERROR, STALE)),
+        plain::<KeyValue>(),
         plain::<geometry_msgs::Point>(),
         plain::<geometry_msgs::Pose>(),
         plain::<geometry_msgs::PoseStamped>(),

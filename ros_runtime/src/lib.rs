@@ -12,16 +12,20 @@
 //! - [`parameters`]: typed declaration with descriptions and ranges, files in YAML, the services
 //!   that `ros2 param` talks to.
 //! - [`logging`]: the console in ROS's format, and `/rosout`.
+//! - [`diagnostics`]: how the parts of a node are, once a second.
 //! - [`node`]: a node with its publishers, subscriptions and services; a publisher knows whether
 //!   anybody reads, so that nothing is serialised for nobody.
 //! - [`service`]: a client that repeats a request until its deadline, because one datagram may be
 //!   lost and a server cannot know whether its answer is heard.
+//! - [`latency`]: how long a service's answers take.
 //! - [`spin`]: waiting without falling asleep at once, which is what a round trip costs most.
 //! - [`shutdown`]: SIGINT and SIGTERM as something that blocking and asynchronous code can ask for.
 
 pub mod arguments;
+pub mod diagnostics;
 pub mod discovery;
 mod graph;
+pub mod latency;
 pub mod logging;
 pub mod names;
 pub mod node;

@@ -7,11 +7,12 @@ use std::{
 
 use evac_msgs::{RosMessage, RosService};
 use futures::{Stream, stream};
-use log::debug;
+use log::{debug, warn};
 pub use ros2_client::Subscription;
 use ros2_client::{
     Context, Message, Name, NodeName, NodeOptions, Server, ServiceMapping, ServiceTypeName,
     error::WriteError,
+    parameters::raw,
     qos::{Durability, History, QosProfile, WhenFull},
 };
 use thiserror::Error;
@@ -19,8 +20,10 @@ use tokio::{runtime::Runtime, sync::watch};
 
 use crate::{
     arguments::Arguments,
+    diagnostics::Diagnostics,
     discovery::{Discovery, DiscoveryError},
     graph::Graph,
+    latency::Latencies,
     logging,
     names::{InvalidName, Naming},
     parameters::{ParameterFileError, ParameterServices, Parameters},
@@ -62,6 +65,14 @@ pub fn reliable(depth: usize) -> QosProfile {
         .reliability_reliable(WhenFull::Fail)
 }
 
+/// Best effort, volatile, the last `depth` samples: for what is soon followed by something newer, so
+/// that nobody need wait for what was lost. Such a subscription hears reliable publishers, too.
+pub fn best_effort(depth: usize) -> QosProfile {
+    QosProfile::subscription_default()
+        .history(History::KeepLast { depth })
+        .reliability_best_effort()
+}
+
 /// Reliable and transient local: whoever comes late gets the last `depth` samples.
 ///
 /// For a topic with more than one message see [`Node::create_latched_publisher`], because RustDDS
@@ -77,6 +88,7 @@ pub struct Node {
     node: SharedNode,
     naming: Naming,
     parameters: Parameters,
+    diagnostics: Diagnostics,
     graph: Graph,
     shutdown: Shutdown,
 }
@@ -116,11 +128,15 @@ impl Node {
         let context = Context::from_domain_participant(participant).map_err(endpoint(&what))?;
         let name = NodeName::new(&naming.namespace, &naming.node).map_err(endpoint(&what))?;
         // The parameter services of ros2-client live in its Spinner; ours are below.
-        let options = NodeOptions::new().enable_rosout(true).start_parameter_services(false);
+        let options = NodeOptions::new()
+            .enable_rosout(true)
+            .start_parameter_services(false)
+            .allow_undeclared_parameters(true);
         let node = context.new_node(name, options).map_err(endpoint(&what))?;
         logging::publish_to(node.logging_handle());
         let node = Arc::new(Mutex::new(node));
-        Ok(Node { runtime, node, naming, parameters, graph, shutdown })
+        let diagnostics = Diagnostics::default();
+        Ok(Node { runtime, node, naming, parameters, diagnostics, graph, shutdown })
     }
 
     /// The node's name and remappings.
@@ -131,6 +147,11 @@ impl Node {
     /// The node's parameters.
     pub fn parameters(&self) -> &Parameters {
         &self.parameters
+    }
+
+    /// The parts of the node that report on `/diagnostics`.
+    pub fn diagnostics(&self) -> &Diagnostics {
+        &self.diagnostics
     }
 
     /// The request that the node end.
@@ -205,12 +226,14 @@ impl Node {
             client: Mutex::new(Arc::new(client)),
             node: self.node.clone(),
             servers,
+            latencies: Latencies::default(),
             shutdown: self.shutdown.clone(),
         })
     }
 
-    /// Begins to answer `ros2 param`; call it when every parameter is declared.
-    pub fn start_parameter_services(&mut self) -> Result<(), NodeError> {
+    /// Begins to do what every ROS node does besides its work: to answer `ros2 param`, and to
+    /// publish `/parameter_events` and `/diagnostics`. Call it when every parameter is declared.
+    pub fn start_services(&mut self) -> Result<(), NodeError> {
         let services = ParameterServices {
             get: self.parameter_server("GetParameters", "get_parameters")?,
             get_types: self.parameter_server("GetParameterTypes", "get_parameter_types")?,
@@ -221,7 +244,26 @@ impl Node {
                 .parameter_server("SetParametersAtomically", "set_parameters_atomically")?,
         };
         self.runtime.spawn(services.serve(self.parameters.clone()));
+        self.publish_parameter_events();
+        let publisher = self.create_publisher("/diagnostics", reliable(10))?;
+        let diagnostics = self.diagnostics.clone();
+        self.runtime.spawn(diagnostics.serve(self.naming.node.clone(), publisher));
         Ok(())
+    }
+
+    /// ros2-client's node has a store of parameters of its own, which is nothing but the way to its
+    /// publisher of `/parameter_events`.
+    fn publish_parameter_events(&self) {
+        let (mut changes, node) = (self.parameters.listen(), self.node.clone());
+        self.runtime.spawn(async move {
+            while let Some((name, value)) = changes.recv().await {
+                let value = raw::ParameterValue::from(value).into();
+                let node = node.lock().expect("nothing panics while it holds this lock");
+                if let Err(reason) = node.set_parameter(&name, value) {
+                    warn!("/parameter_events: the change of {name} is not told: {reason}");
+                }
+            }
+        });
     }
 
     fn parameter_server<Request, Response>(

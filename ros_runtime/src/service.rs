@@ -22,7 +22,7 @@ use tokio::{
     time::{Instant, timeout, timeout_at},
 };
 
-use crate::shutdown::Shutdown;
+use crate::{latency::Latencies, shutdown::Shutdown};
 
 /// The first wait for an answer; each further one is twice as long, up to [`LONGEST_WAIT`].
 const FIRST_WAIT: Duration = Duration::from_millis(250);
@@ -70,6 +70,7 @@ pub struct ServiceClient<S: RosService> {
     pub(crate) client: Mutex<Arc<Client<S::Request, S::Response>>>,
     pub(crate) node: SharedNode,
     pub(crate) servers: watch::Receiver<usize>,
+    pub(crate) latencies: Latencies,
     pub(crate) shutdown: Shutdown,
 }
 
@@ -82,6 +83,11 @@ impl<S: RosService> ServiceClient<S> {
     /// How many servers there are. One that was killed counts until DDS gives it up.
     pub fn servers(&self) -> usize {
         *self.servers.borrow()
+    }
+
+    /// How long the answers take.
+    pub fn latencies(&self) -> &Latencies {
+        &self.latencies
     }
 
     /// Waits until a server is there, at most until the deadline.
@@ -120,7 +126,7 @@ impl<S: RosService> ServiceClient<S> {
     pub fn send(&self, request: S::Request) -> Call<S> {
         // If it cannot be sent now, it is sent when its answer is waited for.
         let sent = self.try_send(&request).ok();
-        Call { request, sent }
+        Call { request, sent, begun: Instant::now() }
     }
 
     /// Waits for the answer to a request, and asks again if it does not come.
@@ -129,8 +135,13 @@ impl<S: RosService> ServiceClient<S> {
         call: Call<S>,
         deadline: Option<Duration>,
     ) -> Result<S::Response, CallError> {
+        let begun = call.begun;
         let answer = self.answer_until(call, deadline);
-        self.shutdown.unless_requested(answer).await.unwrap_or(Err(CallError::Shutdown))
+        let answer = self.shutdown.unless_requested(answer).await;
+        if let Some(Ok(_)) = &answer {
+            self.latencies.record(begun.elapsed());
+        }
+        answer.unwrap_or(Err(CallError::Shutdown))
     }
 
     async fn answer_until(
@@ -138,7 +149,7 @@ impl<S: RosService> ServiceClient<S> {
         call: Call<S>,
         deadline: Option<Duration>,
     ) -> Result<S::Response, CallError> {
-        let Call { request, mut sent } = call;
+        let Call { request, mut sent, begun: _ } = call;
         let start = Instant::now();
         let mut wait = FIRST_WAIT;
         loop {
@@ -234,4 +245,5 @@ struct Sent<S: RosService> {
 pub struct Call<S: RosService> {
     request: S::Request,
     sent: Option<Sent<S>>,
+    begun: Instant,
 }

@@ -9,11 +9,13 @@
 //! - [`replay_memory`], [`exploration`]: what is remembered, and when chance decides.
 //! - [`valuation`], [`policy`], [`evaluation`]: what the actions are worth to a network, what it does,
 //!   and its greedy test.
+//! - [`driver`]: a policy that drives by images alone.
 //! - [`checkpoint`]: a training, laid down and taken up again.
 //! - [`seeds`], [`scenario`]: the seed of every episode, from the seed of the run, and its room.
 
 pub mod action;
 pub mod checkpoint;
+pub mod driver;
 pub mod dyna_q;
 pub mod evaluation;
 pub mod exploration;

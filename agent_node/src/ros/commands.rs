@@ -19,6 +19,7 @@ use ros_runtime::{
 
 use super::{
     console::Console,
+    diagnostics::LearnerState,
     escapes,
     ground_truth::GroundTruth,
     name_in,
@@ -105,7 +106,7 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
         _ => (0..simulators).map(|index| format!("sim{index}")).collect(),
     };
     let common = Common::declare(&mut node, &namespaces[0])?;
-    node.start_parameter_services()?;
+    node.start_services()?;
 
     let out = Path::new(&out);
     let (directory, mut training) = match resume {
@@ -143,6 +144,7 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
         board: TensorBoard::create(&directory.file("tensorboard"), training.episode())?,
         saver: Saver::start(&directory)?,
         statuses,
+        state: LearnerState::reported_by(node.diagnostics()),
         checkpoint_interval,
         done: training.episode(),
     };
@@ -242,7 +244,7 @@ pub fn evaluate(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<
     let default_out = model.display().to_string();
     let out = declare(&parameters, "out", default_out, "the directory of evaluation.json")?;
     let common = Common::declare(&mut node, "")?;
-    node.start_parameter_services()?;
+    node.start_services()?;
 
     let mut policy =
         Policy::new(&load_model(&model.join(RunDirectory::MODEL), &settings)?, &settings)?;
@@ -453,6 +455,7 @@ struct TrainingListener {
     board: TensorBoard,
     saver: Saver,
     statuses: Publisher<TrainingStatus>,
+    state: LearnerState,
     checkpoint_interval: u32,
     /// Episodes that were told of.
     done: u32,
@@ -462,6 +465,7 @@ impl Listener for TrainingListener {
     fn episode(&mut self, training: &Training, record: &EpisodeRecord) -> anyhow::Result<()> {
         self.board.record(record, training.progress.total_steps)?;
         publish_status(&self.statuses, training, record);
+        self.state.update(training);
         self.console.training_episode(training);
         self.done += 1;
         let done = self.done;

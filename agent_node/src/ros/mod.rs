@@ -2,6 +2,8 @@
 
 pub mod commands;
 mod console;
+mod diagnostics;
+pub mod drive;
 mod escapes;
 mod ground_truth;
 mod parameters;

@@ -1,9 +1,7 @@
 //! What the agent says about its training.
 
-use std::time::{SystemTime, UNIX_EPOCH};
-
-use evac_msgs::{Header, Time, TrainingStatus};
-use ros_runtime::Publisher;
+use evac_msgs::{Header, TrainingStatus};
+use ros_runtime::{Publisher, diagnostics::wall_time};
 
 use super::console::recent_success;
 use crate::learning::{record::EpisodeRecord, training::Training};
@@ -15,7 +13,7 @@ pub(super) fn publish_status(
     record: &EpisodeRecord,
 ) {
     publisher.publish_with(|| TrainingStatus {
-        header: Header { stamp: now(), ..Header::default() },
+        header: Header { stamp: wall_time(), ..Header::default() },
         episode: record.episode,
         episodes: training.plan.episodes,
         steps: record.steps,
@@ -27,11 +25,4 @@ pub(super) fn publish_status(
         steps_per_s: training.steps_per_s() as f32,
         success_rate: recent_success(&training.progress.records) as f32,
     });
-}
-
-fn now() -> Time {
-    let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    // builtin_interfaces/Time ends in 2038.
-    let sec = i32::try_from(since_epoch.as_secs()).unwrap_or(i32::MAX);
-    Time { sec, nanosec: since_epoch.subsec_nanos() }
 }

@@ -62,9 +62,12 @@ impl Connection {
     /// node's own; empty for that one.
     pub fn new(node: &mut Node, namespace: &str) -> Result<Connection, NodeError> {
         let name = |name: &str| name_in(namespace, name);
+        let step = node.create_client::<StepService>(&name("step"))?;
+        let latencies = step.latencies().clone();
+        node.diagnostics().add(&format!("service {}", step.name()), move || latencies.report());
         Ok(Connection {
             reset: node.create_client::<Reset>(&name("reset"))?,
-            step: node.create_client::<StepService>(&name("step"))?,
+            step,
             actions: node.create_publisher(&name("action"), reliable(1))?,
             q_values: node.create_publisher(&name("q_values"), reliable(10))?,
         })
@@ -275,7 +278,7 @@ fn refused(code: u8, message: String) -> EnvironmentError {
 }
 
 /// The image of a message, if it is one of the camera that the networks know.
-fn image(message: &evac_msgs::Image) -> Result<Image, EnvironmentError> {
+pub(super) fn image(message: &evac_msgs::Image) -> Result<Image, EnvironmentError> {
     let (width, height, encoding) = (message.width, message.height, message.encoding.as_str());
     if (width, height, encoding, message.step) != (20, 7, "rgb8", 60) {
         return Err(EnvironmentError::BadImage(format!(

@@ -3,7 +3,7 @@
 //! ROS 2 installs them, so no file of them is here.
 
 /// The full name of each, with its constants and fields.
-pub const DEFINITIONS: [(&str, &str); 26] = [
+pub const DEFINITIONS: [(&str, &str); 29] = [
     (
         "builtin_interfaces/Duration",
         "int32 sec
@@ -13,6 +13,28 @@ pub const DEFINITIONS: [(&str, &str); 26] = [
         "builtin_interfaces/Time",
         "int32 sec
          uint32 nanosec",
+    ),
+    (
+        "diagnostic_msgs/DiagnosticArray",
+        "std_msgs/Header header
+         diagnostic_msgs/DiagnosticStatus[] status",
+    ),
+    (
+        "diagnostic_msgs/DiagnosticStatus",
+        "byte OK=0
+         byte WARN=1
+         byte ERROR=2
+         byte STALE=3
+         byte level
+         string name
+         string message
+         string hardware_id
+         diagnostic_msgs/KeyValue[] values",
+    ),
+    (
+        "diagnostic_msgs/KeyValue",
+        "string key
+         string value",
     ),
     (
         "geometry_msgs/Point",

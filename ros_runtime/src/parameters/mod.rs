@@ -11,10 +11,11 @@ use std::{
     fmt::Debug,
     ops::RangeInclusive,
     path::Path,
-    sync::{Arc, Mutex, MutexGuard},
+    sync::{Arc, Mutex, MutexGuard, OnceLock},
 };
 
 use thiserror::Error;
+use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 pub use client::ParameterClient;
 pub use file::ParameterFileError;
@@ -65,7 +66,7 @@ impl Descriptor {
         }
     }
 
-    /// What else is asked of a value. A default is not checked.
+    /// What else is asked of a value.
     pub fn check(self, check: Check) -> Descriptor {
         Descriptor { check: Some(check), ..self }
     }
@@ -151,7 +152,12 @@ struct Declared {
 pub struct Parameters {
     overrides: Arc<Overrides>,
     declared: Arc<Mutex<BTreeMap<String, Declared>>>,
+    /// Who is told of changes.
+    listener: Arc<OnceLock<UnboundedSender<Change>>>,
 }
+
+/// A parameter, and its value from now on.
+pub(crate) type Change = (String, ParameterValue);
 
 #[derive(Debug, Default)]
 struct Overrides {
@@ -182,7 +188,8 @@ impl Parameters {
                 overrides.own.insert(rule.name.clone(), rule.value.clone());
             }
         }
-        Ok(Parameters { overrides: Arc::new(overrides), declared: Arc::default() })
+        let overrides = Arc::new(overrides);
+        Ok(Parameters { overrides, declared: Arc::default(), listener: Arc::default() })
     }
 
     /// Declares a parameter; its value is the override, or else the default.
@@ -198,8 +205,11 @@ impl Parameters {
             // A default may come from a file, too.
             None => accept(name, default.into_value(), T::TYPE, &descriptor)?,
         };
-        let declared = Declared { value: value.clone(), descriptor };
-        self.lock().insert(name.to_owned(), declared);
+        let entry = Declared { value: value.clone(), descriptor };
+        let mut declared = self.lock();
+        declared.insert(name.to_owned(), entry);
+        self.tell((name.to_owned(), value.clone()));
+        drop(declared);
         T::from_value(&value).ok_or(ParameterError::WrongType {
             name: name.to_owned(),
             value,
@@ -226,16 +236,56 @@ impl Parameters {
 
     /// Changes a parameter of a running node.
     pub fn set(&self, name: &str, value: ParameterValue) -> Result<(), ParameterError> {
+        self.set_all([(name, value)])
+    }
+
+    /// Changes several parameters of a running node, or none of them.
+    pub fn set_all<'a>(
+        &self,
+        changes: impl IntoIterator<Item = (&'a str, ParameterValue)>,
+    ) -> Result<(), ParameterError> {
         let mut declared = self.lock();
-        let Some(entry) = declared.get_mut(name) else {
-            let declared = declared.keys().cloned().collect();
-            return Err(ParameterError::Undeclared { name: name.to_owned(), declared });
-        };
-        if entry.descriptor.read_only {
-            return Err(ParameterError::ReadOnly(name.to_owned()));
+        let mut accepted = Vec::new();
+        for (name, value) in changes {
+            let Some(entry) = declared.get(name) else {
+                let declared = declared.keys().cloned().collect();
+                return Err(ParameterError::Undeclared { name: name.to_owned(), declared });
+            };
+            if entry.descriptor.read_only {
+                return Err(ParameterError::ReadOnly(name.to_owned()));
+            }
+            let value = accept(name, value, entry.value.kind(), &entry.descriptor)?;
+            accepted.push((name.to_owned(), value));
         }
-        entry.value = accept(name, value, entry.value.kind(), &entry.descriptor)?;
+        for (name, value) in accepted {
+            if let Some(entry) = declared.get_mut(&name)
+                && entry.value != value
+            {
+                entry.value = value.clone();
+                self.tell((name, value));
+            }
+        }
         Ok(())
+    }
+
+    /// What is declared now, and every change from now on. There is one listener.
+    pub(crate) fn listen(&self) -> UnboundedReceiver<Change> {
+        let (sender, receiver) = unbounded_channel();
+        let declared = self.lock();
+        // A second listener would hear nothing.
+        if self.listener.set(sender).is_ok() {
+            for (name, entry) in declared.iter() {
+                self.tell((name.clone(), entry.value.clone()));
+            }
+        }
+        receiver
+    }
+
+    fn tell(&self, change: Change) {
+        if let Some(listener) = self.listener.get() {
+            // Nobody listens any more once the node ends.
+            let _ = listener.send(change);
+        }
     }
 
     /// Every parameter with its present value, by name.
@@ -363,6 +413,26 @@ mod tests {
         assert_eq!(parameters.set("rate", ParameterValue::Double(0.75)), Ok(()));
         assert!(parameters.set("rate", ParameterValue::Double(1.5)).is_err());
         assert_eq!(parameters.get("rate"), Some(0.75));
+    }
+
+    #[test]
+    fn several_are_changed_or_none_and_the_listener_hears_of_changes_only() {
+        let parameters = parameters("");
+        for name in ["rate", "share"] {
+            parameters.declare(name, 0.5, Descriptor::dynamic("").range(0.0..=1.0)).unwrap();
+        }
+        let mut listener = parameters.listen();
+        let double = ParameterValue::Double;
+        let both = |share| [("rate", double(0.75)), ("share", double(share))];
+        assert!(parameters.set_all(both(1.5)).is_err());
+        assert_eq!(parameters.get("rate"), Some(0.5));
+        assert_eq!(parameters.set_all(both(0.5)), Ok(()));
+        let mut heard = Vec::new();
+        while let Ok((name, value)) = listener.try_recv() {
+            heard.push((name, value));
+        }
+        let expected = [("rate", 0.5), ("share", 0.5), ("rate", 0.75)];
+        assert_eq!(heard, expected.map(|(name, value)| (name.to_owned(), double(value))));
     }
 
     #[test]

@@ -160,29 +160,21 @@ fn descriptor(parameters: &Parameters, name: &str) -> raw::ParameterDescriptor {
 }
 
 fn set(parameters: &Parameters, parameter: &raw::Parameter) -> raw::SetParametersResult {
-    let result = match ParameterValue::from_message(&parameter.value) {
-        Some(value) => parameters.set(&parameter.name, value).map_err(|error| error.to_string()),
-        None => Err(format!("parameter '{}' cannot be unset", parameter.name)),
+    set_atomically(parameters, std::slice::from_ref(parameter))
+}
+
+fn set_atomically(parameters: &Parameters, changes: &[raw::Parameter]) -> raw::SetParametersResult {
+    let value = |change: &raw::Parameter| match ParameterValue::from_message(&change.value) {
+        Some(value) => Ok((change.name.clone(), value)),
+        None => Err(format!("parameter '{}' cannot be unset", change.name)),
     };
+    let values: Result<Vec<(String, ParameterValue)>, String> = changes.iter().map(value).collect();
+    let result = values.and_then(|values| {
+        let changes = values.iter().map(|(name, value)| (name.as_str(), value.clone()));
+        parameters.set_all(changes).map_err(|error| error.to_string())
+    });
     raw::SetParametersResult {
         successful: result.is_ok(),
         reason: result.err().unwrap_or_default(),
     }
-}
-
-fn set_atomically(parameters: &Parameters, changes: &[raw::Parameter]) -> raw::SetParametersResult {
-    let before = parameters.values();
-    for change in changes {
-        let result = set(parameters, change);
-        if !result.successful {
-            for change in changes {
-                if let Some(value) = before.get(&change.name) {
-                    // A refusal here is one of the parameter that was never changed.
-                    let _ = parameters.set(&change.name, value.clone());
-                }
-            }
-            return result;
-        }
-    }
-    raw::SetParametersResult { successful: true, reason: String::new() }
 }

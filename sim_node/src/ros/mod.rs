@@ -1,5 +1,6 @@
 //! The node: the room behind services and topics.
 
+mod diagnostics;
 mod messages;
 mod node;
 mod parameters;

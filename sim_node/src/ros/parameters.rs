@@ -20,6 +20,58 @@ pub struct RoomParameters {
     pub seed: u64,
 }
 
+/// How the node takes a robot's place.
+pub struct DeploymentParameters {
+    /// How many images a second it sends besides those of resets and steps.
+    pub frame_rate: f64,
+    /// Whether the next episode begins by itself.
+    pub auto_reset: bool,
+    /// How long a move takes, in seconds.
+    pub motion_time: f64,
+}
+
+impl DeploymentParameters {
+    /// Declares them.
+    pub fn declare(parameters: &Parameters) -> Result<DeploymentParameters, ParameterError> {
+        Ok(DeploymentParameters {
+            frame_rate: parameters.declare(
+                "frame_rate",
+                0.0,
+                Descriptor::read_only(
+                    "images a second besides those of resets and steps, with new stamps; time is \
+                     then that of the clock on the wall",
+                )
+                .range(0.0..=1000.0)
+                .check(|value| match value {
+                    ParameterValue::Double(rate) if *rate > 0.0 && *rate < 1e-3 => {
+                        Err("expected 0 or at least 0.001".to_owned())
+                    }
+                    _ => Ok(()),
+                }),
+            )?,
+            auto_reset: parameters.declare(
+                "auto_reset",
+                false,
+                Descriptor::read_only("begin a new episode when one that /action moves is over"),
+            )?,
+            motion_time: parameters.declare(
+                "motion_time",
+                0.0,
+                Descriptor::read_only(
+                    "how long a move takes, in seconds by the clock on the wall; its answer and its \
+                     image come at its end",
+                )
+                .range(0.0..=3600.0),
+            )?,
+        })
+    }
+
+    /// Whether time is that of the clock on the wall.
+    pub fn is_in_real_time(&self) -> bool {
+        self.frame_rate > 0.0 || self.motion_time > 0.0
+    }
+}
+
 /// Declares what makes the room.
 pub fn declare_room(parameters: &Parameters) -> anyhow::Result<RoomParameters> {
     let scenario = parameters.declare(

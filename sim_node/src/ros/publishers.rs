@@ -68,14 +68,19 @@ impl Publishers {
     /// Publishes what was executed, but for the drawings. The time comes first, and then where
     /// things are: whoever gets an image may look that up.
     pub(super) fn publish(&self, executed: Executed, session: &Session) {
-        let (now, robot) = (session.now(), session.world().robot());
         let Executed { image, status } = executed;
+        self.publish_frame(image, session);
+        self.statuses.publish_with(|| status);
+    }
+
+    /// Publishes what the camera sees, and where it stands.
+    pub(super) fn publish_frame(&self, image: Image, session: &Session) {
+        let (now, robot) = (session.now(), session.world().robot());
         self.clock.publish_with(|| Clock { clock: now });
         self.transforms.publish_with(|| messages::robot(robot, now));
         self.odometry.publish_with(|| messages::odometry(robot, now));
         self.camera_infos.publish_with(|| messages::camera_info(now));
         self.images.publish_with(|| image);
-        self.statuses.publish_with(|| status);
     }
 
     /// Whether anybody looks at a drawing.

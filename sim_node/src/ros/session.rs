@@ -53,6 +53,13 @@ pub struct Session {
     step_duration: u64,
     /// Nanoseconds since the start.
     time: u64,
+    /// What a clock on the wall says, where the time of the simulation follows it.
+    wall: Option<u64>,
+    /// Since when everything stands where it stands now.
+    settled: u64,
+    /// How long a move by `/action` takes, in nanoseconds.
+    motion_time: u64,
+    motion: Option<Motion>,
     /// The upper half of this simulator's episode numbers.
     simulator: u32,
     /// The lower half of the present one's.
@@ -64,6 +71,13 @@ pub struct Session {
     clients: VecDeque<(ClientId, u64)>,
     latest_reset: Option<LatestReset>,
     latest_step: Option<(u8, step::Response)>,
+}
+
+/// A move that takes its time.
+struct Motion {
+    action: Action,
+    /// When it ends, by the clock on the wall.
+    end: u64,
 }
 
 /// What moves the robot in an episode: whoever came first.
@@ -93,6 +107,10 @@ impl Session {
             camera,
             step_duration: (step_duration * 1e9).round() as u64,
             time: 0,
+            wall: None,
+            settled: 0,
+            motion_time: 0,
+            motion: None,
             // Never 0, which marks numbers that no simulator gave.
             simulator: rand::rng().random_range(1..=u32::MAX),
             episode: 0,
@@ -129,6 +147,42 @@ impl Session {
     /// Holds something else fixed from the next reset on.
     pub fn set_layout(&mut self, layout: Layout) {
         self.world.set_layout(layout);
+    }
+
+    /// Lets moves by `/action` take so many nanoseconds, by the clock of [`Session::set_wall_time`].
+    pub fn set_motion_time(&mut self, nanoseconds: u64) {
+        self.motion_time = nanoseconds;
+    }
+
+    /// From now on the time of the simulation follows a clock on the wall, which says so many
+    /// nanoseconds since the start.
+    pub fn set_wall_time(&mut self, nanoseconds: u64) {
+        self.wall = Some(nanoseconds);
+    }
+
+    /// The present image once more, with a new stamp.
+    pub fn frame(&mut self) -> Image {
+        self.pass_time();
+        messages::image(&self.camera.render(&self.world), self.now())
+    }
+
+    /// When the move under way ends, by the clock on the wall.
+    pub fn motion_end(&self) -> Option<u64> {
+        self.motion.as_ref().map(|motion| motion.end)
+    }
+
+    /// Ends the move under way, if its time has come.
+    pub fn finish_motion(&mut self) -> Option<Executed> {
+        let motion =
+            self.motion.take_if(|motion| self.wall.is_some_and(|now| now >= motion.end))?;
+        // The episode is not over: nothing else moves the robot meanwhile.
+        self.execute(motion.action, Control::Topic).ok().map(|(_, executed)| executed)
+    }
+
+    /// Begins another episode, as a reset by nobody does that has no seed.
+    pub fn next_episode(&mut self, scenario: Scenario) -> Result<Executed, String> {
+        self.world.reset(None, Some(scenario)).map_err(|error| error.to_string())?;
+        Ok(self.begin_episode(0))
     }
 
     /// The number of the present episode.
@@ -289,9 +343,37 @@ impl Session {
             let action = action(command.action)?;
             session.check_control(Control::Topic)?;
             session.check_not_over(session.world.steps() + 1)?;
-            session.execute(action, Control::Topic)
+            session.check_up_to_date(command.header.stamp)?;
+            if session.motion_time == 0 {
+                return Ok(Some(session.execute(action, Control::Topic)?.1));
+            }
+            let now = session.wall.unwrap_or(session.time);
+            session.motion = Some(Motion { action, end: now + session.motion_time });
+            session.control = Some(Control::Topic);
+            Ok(None)
         };
-        execute(self).map(|(_, executed)| Some(executed)).map_err(|(_, message)| message)
+        execute(self).map_err(|(_, message): Refusal| message)
+    }
+
+    /// A command answers an image: not one that was taken before things stood as they do, and none
+    /// while the robot moves. A stamp of zero is somebody's by hand.
+    fn check_up_to_date(&self, stamp: Time) -> Result<(), Refusal> {
+        let seconds = |nanoseconds: u64| nanoseconds as f64 / 1e9;
+        if let Some(motion) = &self.motion {
+            let end = seconds(motion.end);
+            let message = format!("the robot is moving until {end:.3} s: wait for its image then");
+            return Err((status::OUT_OF_ORDER, message));
+        }
+        let answered = messages::nanoseconds(stamp);
+        if answered != 0 && answered < self.settled {
+            let (answered, settled) = (seconds(answered), seconds(self.settled));
+            let message = format!(
+                "it answers an image of {answered:.3} s, and since {settled:.3} s the robot is \
+                 elsewhere"
+            );
+            return Err((status::OUT_OF_ORDER, message));
+        }
+        Ok(())
     }
 
     fn check_episode(&self, number: u64) -> Result<(), Refusal> {
@@ -364,13 +446,24 @@ impl Session {
         self.seed = seed;
         self.control = None;
         self.latest_step = None;
+        self.motion = None;
         self.path.clear();
         self.observe(EpisodeStatus { action: EpisodeStatus::NONE, ..EpisodeStatus::default() })
     }
 
+    /// Lets the time of a step or reset pass, or that of the clock on the wall.
+    fn pass_time(&mut self) {
+        self.time = match self.wall {
+            None => self.time + self.step_duration,
+            // Two images never have the same stamp.
+            Some(now) => now.max(self.time + 1),
+        };
+    }
+
     /// Lets the time of a step or reset pass, and takes the picture.
     fn observe(&mut self, status: EpisodeStatus) -> Executed {
-        self.time += self.step_duration;
+        self.pass_time();
+        self.settled = self.time;
         self.path.push(Visit { time: self.time, pose: *self.world.robot() });
         let stamp = self.now();
         let image = messages::image(&self.camera.render(&self.world), stamp);

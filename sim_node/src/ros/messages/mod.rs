@@ -30,6 +30,11 @@ pub(super) fn stamp(nanoseconds: u64) -> Time {
     Time { sec, nanosec: (nanoseconds % SECOND) as u32 }
 }
 
+/// A stamp as nanoseconds; one before the start is the start.
+pub(super) fn nanoseconds(stamp: Time) -> u64 {
+    u64::try_from(stamp.sec).unwrap_or(0) * 1_000_000_000 + u64::from(stamp.nanosec)
+}
+
 fn header(frame: &str, stamp: Time) -> Header {
     Header { stamp, frame_id: frame.to_owned() }
 }

@@ -220,3 +220,55 @@ fn what_is_fixed_counts_from_the_next_reset_on() {
     session.set_layout(Layout::default());
     assert_eq!(reset(&mut session, ALICE, 2).status, status::OK);
 }
+
+/// A robot takes its time: what is said meanwhile, or in answer to an older image, is refused.
+#[test]
+fn a_moving_robot_is_not_commanded_and_an_old_image_not_answered() {
+    let mut session = session();
+    session.set_motion_time(400);
+    session.set_wall_time(1_000_000_000);
+    let first = session.frame().header.stamp;
+    assert_eq!(first, messages::stamp(1_000_000_000));
+    let command = |stamp: Time| ActionCommand {
+        header: Header { stamp, frame_id: String::new() },
+        action: 3,
+        sent_by_service: false,
+    };
+    let steps = |session: &Session| session.world().steps();
+    assert_eq!(session.command(&command(first)), Ok(None));
+    // While it moves, nothing counts.
+    session.set_wall_time(1_000_000_300);
+    let meanwhile = session.frame().header.stamp;
+    let refused = session.command(&command(meanwhile)).unwrap_err();
+    assert!(refused.starts_with("the robot is moving"), "{refused}");
+    assert_eq!((session.finish_motion(), steps(&session)), (None, 0));
+    session.set_wall_time(1_000_000_450);
+    let executed = session.finish_motion().unwrap();
+    assert_eq!((executed.status.step, steps(&session)), (1, 1));
+    // An image of before the end is an old one, even if it comes after it.
+    let refused = session.command(&command(meanwhile)).unwrap_err();
+    assert!(refused.contains("the robot is elsewhere"), "{refused}");
+    assert_eq!(session.command(&command(executed.image.header.stamp)), Ok(None));
+    // By hand, without a stamp, the image is whatever there is.
+    session.set_wall_time(1_000_001_000);
+    session.finish_motion().unwrap();
+    assert_eq!(session.command(&command(Time::default())), Ok(None));
+}
+
+#[test]
+fn the_next_episode_is_anybodys_again() {
+    let mut session = session();
+    let number = session.episode_number();
+    let command = |action| ActionCommand { action, ..ActionCommand::default() };
+    for action in (0..7).cycle() {
+        let Ok(Some(executed)) = session.command(&command(action)) else { panic!("refused") };
+        if executed.status.terminated || executed.status.truncated {
+            break;
+        }
+    }
+    assert_ne!(step(&mut session, 0, 0, 3).status, status::OK);
+    let next = session.next_episode(Scenario::Concave).unwrap();
+    assert_eq!((next.status.episode, next.status.step), (number + 1, 0));
+    assert_eq!(session.scenario(), Scenario::Concave);
+    assert_eq!(step(&mut session, 0, 0, 3).status, status::OK);
+}

@@ -1,0 +1,159 @@
+//! Deployment: the agent hears only `camera/image` and says only `action`.
+
+use std::{
+    path::PathBuf,
+    time::{Duration, Instant},
+};
+
+use evac_msgs::{ActionCommand, Header, Image as ImageMessage, QValues, Time};
+use log::{debug, info, warn};
+use ros_runtime::{
+    Arguments, Node, Publisher,
+    node::{best_effort, reliable},
+    parameters::Descriptor,
+};
+
+use super::{
+    diagnostics::DriverState,
+    parameters::{Defaults, declare, model_settings},
+    simulator::image,
+};
+use crate::{
+    learning::{
+        checkpoint::load_model,
+        driver::{Driver, Reaction},
+        policy::Policy,
+    },
+    run::RunDirectory,
+};
+
+/// Drives a robot with a trained model, until the node is told to end.
+pub fn drive(arguments: &Arguments) -> anyhow::Result<()> {
+    let mut node = Node::new("agent_node", arguments)?;
+    let parameters = node.parameters().clone();
+    let model = declare(
+        &parameters,
+        "model",
+        String::new(),
+        "the directory of a training, with model.safetensors and config.yaml",
+    )?;
+    anyhow::ensure!(!model.is_empty(), "parameter 'model' is missing: give -p model:=DIRECTORY");
+    let model = PathBuf::from(model);
+    let (_, settings) = model_settings(&parameters, &Defaults::of_model(&model)?)?;
+    let settle_time = parameters.declare(
+        "settle_time",
+        0.1,
+        Descriptor::read_only(
+            "how long after an image that was answered the next one is, in seconds by the stamps: \
+             the way of the command, and the robot's longest move",
+        )
+        .range(0.0..=3600.0),
+    )?;
+    let image_timeout = parameters.declare(
+        "image_timeout",
+        2.0,
+        Descriptor::read_only("after so many seconds without an image the node says so")
+            .range(0.001..=3600.0),
+    )?;
+    declare(&parameters, "use_sim_time", false, "ROS's switch for simulated time")?;
+    parameters.refuse_undeclared()?;
+    let policy = Policy::new(&load_model(&model.join(RunDirectory::MODEL), &settings)?, &settings)?;
+    let driver = Driver::new(policy, Duration::from_secs_f64(settle_time));
+    let state = DriverState::reported_by(node.diagnostics());
+    node.start_services()?;
+
+    // Only the latest counts: what is lost is followed by another.
+    let images = node.create_subscription::<ImageMessage>("camera/image", best_effort(1))?;
+    let actions = node.create_publisher("action", reliable(1))?;
+    let q_values = node.create_publisher("q_values", reliable(10))?;
+    let mut wheel = Wheel { driver, actions, q_values, state };
+    info!("waiting for images on {}", node.naming().resolve("camera/image")?);
+    let timeout = Duration::from_secs_f64(image_timeout);
+    let shutdown = node.shutdown().clone();
+    node.block_on(shutdown.unless_requested(async {
+        loop {
+            match tokio::time::timeout(timeout, images.async_take()).await {
+                Ok(Ok((message, _))) => wheel.turn(&message),
+                Ok(Err(error)) => warn!("an image cannot be read: {error}"),
+                Err(_) => wheel.wait(image_timeout),
+            }
+        }
+    }));
+    let drive = *wheel.state.drive();
+    info!("{} images were seen, {} of them answered", drive.images, drive.commands);
+    Ok(shutdown.check()?)
+}
+
+/// What turns images into commands.
+struct Wheel {
+    driver: Driver,
+    actions: Publisher<ActionCommand>,
+    q_values: Publisher<QValues>,
+    state: DriverState,
+}
+
+impl Wheel {
+    /// There was no image for so many seconds.
+    fn wait(&mut self, seconds: f64) {
+        if self.state.drive().latest.take().is_some() {
+            warn!("no image for {seconds} s: waiting, and driving nowhere");
+        }
+    }
+
+    fn turn(&mut self, message: &ImageMessage) {
+        let mut drive = self.state.drive();
+        let seen = match image(message) {
+            Ok(image) => image,
+            Err(error) => {
+                // Whoever sends such images sends many.
+                if drive.unreadable == 0 {
+                    warn!("{error}");
+                }
+                drive.unreadable += 1;
+                return;
+            }
+        };
+        drive.images += 1;
+        if drive.latest.replace(Instant::now()).is_none() {
+            info!("there are images");
+        }
+        let is_heard = self.actions.has_readers();
+        if std::mem::replace(&mut drive.is_heard, is_heard) != is_heard {
+            match is_heard {
+                true => info!("somebody hears the commands"),
+                false => warn!("nobody hears the commands: waiting, and driving nowhere"),
+            }
+        }
+        // To answer an image that nobody hears the answer of would be to believe in a move.
+        if !is_heard {
+            return;
+        }
+        let stamp = message.header.stamp;
+        let decision = match self.driver.see(since_epoch(stamp), seen) {
+            Reaction::Drive(decision) => decision,
+            ignored => {
+                drive.ignored += 1;
+                return debug!("the image of {stamp:?} is not answered: {ignored:?}");
+            }
+        };
+        drive.commands += 1;
+        drop(drive);
+        let action = decision.action.index();
+        let header = message.header.clone();
+        self.actions.publish_with(|| ActionCommand {
+            header: Header { stamp, ..Header::default() },
+            action,
+            sent_by_service: false,
+        });
+        if let Some(values) = decision.values {
+            let explored = decision.explored;
+            self.q_values.publish_with(|| QValues { header, values, action, explored });
+        }
+    }
+}
+
+/// A stamp as what has passed since its clock's zero; one before that is the zero.
+fn since_epoch(stamp: Time) -> Duration {
+    let seconds = Duration::from_secs(u64::try_from(stamp.sec).unwrap_or(0));
+    seconds + Duration::from_nanos(stamp.nanosec.into())
+}
