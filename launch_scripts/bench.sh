@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
 # Measures learner, simulator and network beside their rulers: a table, and the figures as JSON.
 #
-#   launch_scripts/bench.sh [--out FILE] [--peers]
+#   launch_scripts/bench.sh [--out FILE] [--peers] [--scale]
 #
 #   --out FILE   where the figures go (default: bench.json)
 #   --peers      measures other people's software in the same run: PyTorch, Stable-Baselines3 and
 #                CycloneDDS from PyPI, and CycloneDDS's ddsperf where it is on the PATH (Debian:
 #                cyclonedds-tools)
+#   --scale      trains in 1, 2, 4 and 8 rooms at once that take 10 ms for a move: ten minutes more
 #
 # The peers from PyPI go into a virtual environment, .venv-bench in the repository: some 5 GB, because
 # PyTorch's package brings CUDA along. A run takes one or two minutes, in which nothing else should
@@ -15,17 +16,18 @@
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/nodes.sh"
 
-out=bench.json peers=false
+out=bench.json peers=false scale=()
 while [[ $# -gt 0 ]]; do
     case "$1" in
         --out) need_value "$@" && out=$2 && shift 2 ;;
         --peers) peers=true && shift ;;
+        --scale) scale=(--scale) && shift ;;
         -h | --help) usage && exit 0 ;;
         *) fail "unknown option '$1'; see --help" ;;
     esac
 done
 
-arguments=(--out "$out")
+arguments=(--out "$out" "${scale[@]}")
 if "$peers"; then
     command -v python3 >/dev/null ||
         fail "there is no python3, which the peers need: install Python 3.11 or later"

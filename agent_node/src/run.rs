@@ -53,6 +53,8 @@ pub struct Summary {
 impl RunDirectory {
     /// Names of the files that make a directory a training's.
     pub const CHECKPOINT: &str = "checkpoint.safetensors";
+    /// The checkpoint before that one.
+    pub const PREVIOUS_CHECKPOINT: &str = "checkpoint.previous.safetensors";
     /// The weights alone.
     pub const MODEL: &str = "model.safetensors";
     /// Every resolved parameter of both nodes.
@@ -67,7 +69,8 @@ impl RunDirectory {
     /// An empty directory. What an earlier run left there is kept under another name, which is
     /// returned.
     pub fn create(path: &Path) -> Result<(RunDirectory, Option<PathBuf>), WriteError> {
-        if !path.join(RunDirectory::CHECKPOINT).exists() {
+        let checkpoints = [RunDirectory::CHECKPOINT, RunDirectory::PREVIOUS_CHECKPOINT];
+        if !checkpoints.iter().any(|name| path.join(name).exists()) {
             return Ok((RunDirectory::open(path)?, None));
         }
         // Without what a shell's completion or a dot leaves at the end of a path.
@@ -100,6 +103,26 @@ impl RunDirectory {
         name: &str,
         write: impl FnOnce(&Path) -> anyhow::Result<()>,
     ) -> Result<(), WriteError> {
+        self.replace(name, None, write)
+    }
+
+    /// As [`RunDirectory::write_by`], but what was there before is kept under another name. At any
+    /// moment one of the two names is that of a whole file.
+    pub fn write_and_keep(
+        &self,
+        name: &str,
+        previous: &str,
+        write: impl FnOnce(&Path) -> anyhow::Result<()>,
+    ) -> Result<(), WriteError> {
+        self.replace(name, Some(previous), write)
+    }
+
+    fn replace(
+        &self,
+        name: &str,
+        previous: Option<&str>,
+        write: impl FnOnce(&Path) -> anyhow::Result<()>,
+    ) -> Result<(), WriteError> {
         let target = self.file(name);
         let write = || -> anyhow::Result<()> {
             // As any other file: for whomever the umask leaves it to.
@@ -113,6 +136,9 @@ impl RunDirectory {
             write(&temporary)?;
             fs::set_permissions(&temporary, permissions)?;
             fs::File::open(&temporary)?.sync_all()?;
+            if let Some(previous) = previous.filter(|_| target.exists()) {
+                fs::rename(&target, self.file(previous))?;
+            }
             temporary.persist(&target)?;
             // The name is part of the directory, which has to reach the disk, too.
             Ok(fs::File::open(&self.path)?.sync_all()?)
@@ -180,6 +206,21 @@ mod tests {
             let file = home.path().join(name).join(RunDirectory::CHECKPOINT);
             assert_eq!(fs::read(file).unwrap(), [number]);
         }
+    }
+
+    #[test]
+    fn what_is_replaced_can_be_kept() {
+        let home = tempfile::tempdir().unwrap();
+        let run = RunDirectory::open(home.path()).unwrap();
+        for bytes in [b"one", b"two"] {
+            run.write_and_keep("file", "before", |path| Ok(fs::write(path, bytes)?)).unwrap();
+        }
+        assert_eq!(fs::read(run.file("file")).unwrap(), b"two");
+        assert_eq!(fs::read(run.file("before")).unwrap(), b"one");
+        // What cannot be written replaces nothing.
+        run.write_and_keep("file", "before", |_| anyhow::bail!("no")).unwrap_err();
+        assert_eq!(fs::read(run.file("file")).unwrap(), b"two");
+        assert_eq!(fs::read(run.file("before")).unwrap(), b"one");
     }
 
     #[test]

@@ -11,6 +11,15 @@ use crate::diagnostics::{Level, Report};
 #[derive(Clone, Debug, Default)]
 pub struct Latencies {
     recent: Arc<Mutex<Recent>>,
+    usual: Arc<Mutex<Option<Usual>>>,
+}
+
+/// How long an answer usually takes: a mean and a mean deviation, of which the latest answers count
+/// most, as TCP has them for its retransmissions (RFC 6298).
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Usual {
+    mean: Duration,
+    deviation: Duration,
 }
 
 /// The answers since somebody asked last.
@@ -28,6 +37,24 @@ impl Latencies {
         recent.answers += 1;
         recent.sum += latency;
         recent.longest = recent.longest.max(latency);
+    }
+
+    /// Learns from a request that was answered without being repeated.
+    pub(crate) fn learn(&self, latency: Duration) {
+        let mut usual = self.usual.lock().expect("nothing panics while it holds this lock");
+        *usual = Some(match *usual {
+            None => Usual { mean: latency, deviation: latency / 2 },
+            Some(Usual { mean, deviation }) => Usual {
+                mean: mean * 7 / 8 + latency / 8,
+                deviation: deviation * 3 / 4 + latency.abs_diff(mean) / 4,
+            },
+        });
+    }
+
+    /// After how long an answer is so late that it was lost, if that is known yet.
+    pub(crate) fn timeout(&self) -> Option<Duration> {
+        let usual = *self.usual.lock().expect("nothing panics while it holds this lock");
+        usual.map(|Usual { mean, deviation }| mean + 4 * deviation)
     }
 
     /// The answers since the last report.
@@ -54,6 +81,20 @@ impl Latencies {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_late_is_learnt_from_what_is_usual() {
+        let milliseconds = Duration::from_millis;
+        let latencies = Latencies::default();
+        assert_eq!(latencies.timeout(), None);
+        latencies.learn(milliseconds(8));
+        assert_eq!(latencies.timeout(), Some(milliseconds(24)));
+        // The steadier, the sooner; a network that has become slow is believed soon.
+        (0..50).for_each(|_| latencies.learn(milliseconds(8)));
+        assert!(latencies.timeout().unwrap() < milliseconds(9));
+        (0..20).for_each(|_| latencies.learn(milliseconds(200)));
+        assert!(latencies.timeout().unwrap() > milliseconds(200));
+    }
 
     #[test]
     fn a_report_is_of_what_came_since_the_last_one() {

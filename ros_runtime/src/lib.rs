@@ -18,6 +18,7 @@
 //! - [`service`]: a client that repeats a request until its deadline, because one datagram may be
 //!   lost and a server cannot know whether its answer is heard.
 //! - [`latency`]: how long a service's answers take.
+//! - [`server`]: a server that a client's death does not silence.
 //! - [`spin`]: waiting without falling asleep at once, which is what a round trip costs most.
 //! - [`shutdown`]: SIGINT and SIGTERM as something that blocking and asynchronous code can ask for.
 
@@ -30,6 +31,7 @@ pub mod logging;
 pub mod names;
 pub mod node;
 pub mod parameters;
+pub mod server;
 pub mod service;
 pub mod shutdown;
 pub mod spin;

@@ -27,6 +27,7 @@ use crate::{
     logging,
     names::{InvalidName, Naming},
     parameters::{ParameterFileError, ParameterServices, Parameters},
+    server::ServiceServer,
     service::{ServiceClient, SharedNode, create_client, services},
     shutdown::Shutdown,
     spin,
@@ -205,9 +206,9 @@ impl Node {
     pub fn create_server<S: RosService>(
         &mut self,
         service: &str,
-    ) -> Result<Server<S::Request, S::Response>, NodeError> {
+    ) -> Result<ServiceServer<S>, NodeError> {
         let name = self.naming.resolve(service)?;
-        self.server(&name, &S::type_name())
+        ServiceServer::new(name.clone(), self.node.clone()).map_err(endpoint(&name))
     }
 
     /// A client of a service.
@@ -276,23 +277,12 @@ impl Node {
         Response: Message + 'static,
     {
         let name = self.naming.resolve(&format!("~/{name}"))?;
-        self.server(&name, &ServiceTypeName::new("rcl_interfaces", service_type))
-    }
-
-    fn server<Request, Response>(
-        &mut self,
-        name: &str,
-        service_type: &ServiceTypeName,
-    ) -> Result<Server<Request, Response>, NodeError>
-    where
-        Request: Message + Clone + 'static,
-        Response: Message + 'static,
-    {
-        let dds_name = Name::parse(name).map_err(endpoint(name))?;
+        let dds_name = Name::parse(&name).map_err(endpoint(&name))?;
+        let service_type = ServiceTypeName::new("rcl_interfaces", service_type);
         let mapping = ServiceMapping::Enhanced;
         self.node()
-            .create_server(mapping, &dds_name, service_type, services(), services())
-            .map_err(endpoint(name))
+            .create_server(mapping, &dds_name, &service_type, services(), services())
+            .map_err(endpoint(&name))
     }
 
     fn node(&self) -> MutexGuard<'_, ros2_client::Node> {

@@ -24,8 +24,11 @@ use tokio::{
 
 use crate::{latency::Latencies, shutdown::Shutdown};
 
-/// The first wait for an answer; each further one is twice as long, up to [`LONGEST_WAIT`].
+/// The first wait for an answer while nobody knows how long one takes. Each further wait is twice as
+/// long as the one before, up to [`LONGEST_WAIT`].
 const FIRST_WAIT: Duration = Duration::from_millis(250);
+/// The shortest first wait. A system that is busy may well hold an answer up for so long.
+const SHORTEST_WAIT: Duration = Duration::from_millis(20);
 /// The longest wait before a request is repeated.
 const LONGEST_WAIT: Duration = Duration::from_secs(2);
 
@@ -149,9 +152,10 @@ impl<S: RosService> ServiceClient<S> {
         call: Call<S>,
         deadline: Option<Duration>,
     ) -> Result<S::Response, CallError> {
-        let Call { request, mut sent, begun: _ } = call;
+        let Call { request, mut sent, begun } = call;
         let start = Instant::now();
-        let mut wait = FIRST_WAIT;
+        let mut wait = self.latencies.timeout().unwrap_or(FIRST_WAIT).max(SHORTEST_WAIT);
+        let mut is_first = true;
         loop {
             let attempt = self.attempt(&request, sent.take());
             let end = match deadline {
@@ -159,14 +163,20 @@ impl<S: RosService> ServiceClient<S> {
                 None => Instant::now() + wait,
             };
             if let Ok(result) = timeout_at(end, attempt).await {
+                // An answer to a repeated request may be one to any of them.
+                if result.is_ok() && is_first {
+                    self.latencies.learn(begun.elapsed());
+                }
                 return result;
             }
+            is_first = false;
             if let Some(deadline) = deadline.filter(|deadline| start.elapsed() >= *deadline) {
                 let seconds = deadline.as_secs_f64();
                 return Err(CallError::Deadline { service: self.name.clone(), seconds });
             }
             let waited = start.elapsed().as_secs_f64();
-            // The first repetitions are everyday life while the two sides find each other.
+            // The first repetitions are everyday life where messages are lost, or while the two sides
+            // find each other.
             if wait < LONGEST_WAIT {
                 debug!("no answer from {} for {waited:.1} s: asking again", self.name);
             } else {

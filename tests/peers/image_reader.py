@@ -7,39 +7,13 @@ missing if they do not come in time. The domain is that of ROS_DOMAIN_ID.
 
 import argparse
 import json
-import os
 import sys
-import time
-from itertools import pairwise
-from pathlib import Path
+from itertools import islice, pairwise
 
-from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState, WaitSet
-from cyclonedds.domain import Domain, DomainParticipant
-from cyclonedds.qos import Policy, Qos
-from cyclonedds.sub import DataReader
-from cyclonedds.topic import Topic
-from cyclonedds.util import duration
+from cyclonedds.qos import Policy
 
+from reading import RELIABLE, Participant
 from ros_types import Image
-
-LOOPBACK_ONLY = Path(__file__).with_name("loopback.xml").read_text()
-
-
-def read_images(
-    participant: DomainParticipant, reader: DataReader[Image], frames: int, timeout_s: float
-) -> list[Image]:
-    """The first `frames` images, or those that came within `timeout_s`."""
-    images: list[Image] = []
-    new = ReadCondition(reader, ViewState.Any | InstanceState.Any | SampleState.NotRead)
-    waiting = WaitSet(participant)
-    waiting.attach(new)
-    deadline = time.monotonic() + timeout_s
-    while len(images) < frames and (remaining_s := deadline - time.monotonic()) > 0:
-        waiting.wait(duration(seconds=remaining_s))
-        taken = reader.take(frames - len(images), condition=new)
-        # A publisher that leaves is announced by a sample without an image.
-        images.extend(sample for sample in taken if isinstance(sample, Image))
-    return images
 
 
 def stamp(image: Image) -> tuple[int, int]:
@@ -56,23 +30,14 @@ def main() -> None:
     parser.add_argument("--best-effort", action="store_true", help="do not ask for lost frames")
     arguments = parser.parse_args()
 
-    domain_id = int(os.environ.get("ROS_DOMAIN_ID", "0"))
-    # Kept until the end: the configuration ends with the object.
-    _domain = Domain(domain_id, LOOPBACK_ONLY)
-    participant = DomainParticipant(domain_id)
-    reliability = (
-        Policy.Reliability.BestEffort
-        if arguments.best_effort
-        else Policy.Reliability.Reliable(duration(seconds=1))
-    )
-    qos = Qos(reliability, Policy.History.KeepAll)
-    reader = DataReader(participant, Topic(participant, f"rt{arguments.topic}", Image), qos)
-
-    images = read_images(participant, reader, arguments.frames, arguments.timeout)
+    participant = Participant()
+    reliability = Policy.Reliability.BestEffort if arguments.best_effort else RELIABLE
+    reader = participant.reader(arguments.topic, Image, reliability)
+    images = list(islice(participant.samples(reader, arguments.timeout), arguments.frames))
     if len(images) < arguments.frames:
         sys.exit(
             f"{len(images)} of {arguments.frames} frames came on {arguments.topic} in domain"
-            f" {domain_id} within {arguments.timeout} s;"
+            f" {participant.domain_id} within {arguments.timeout} s;"
             f" matching publishers: {len(reader.get_matched_publications())}"
         )
     last = images[-1]

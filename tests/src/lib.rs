@@ -1,9 +1,12 @@
 //! What the integration tests share: the room in this process, and the real nodes as processes.
 
+pub mod network;
 mod nodes;
+mod outcome;
 mod room;
 mod silent;
 
 pub use nodes::{Nodes, PATIENCE, binary, repository};
+pub use outcome::Outcome;
 pub use room::Room;
 pub use silent::Silent;

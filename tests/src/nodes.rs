@@ -10,6 +10,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use crate::network::Host;
 use evac_msgs::EpisodeStatus;
 use ros_runtime::{
     Arguments, Node,
@@ -187,9 +188,23 @@ impl Nodes {
 
     /// Starts a node's program with any arguments, as a process known by `name`.
     pub fn start_beside(&mut self, program: &str, name: &str, arguments: &[&str]) {
+        let process = self.command(binary(program));
+        self.spawn(process, name, arguments);
+    }
+
+    /// As [`Nodes::start_beside`], but on a host of its own.
+    pub fn start_on(&mut self, host: &Host, program: &str, name: &str, arguments: &[&str]) {
+        let mut process = host.command(binary(program));
+        process
+            .env("ROS_DOMAIN_ID", self.domain_id.to_string())
+            .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET")
+            .stdin(Stdio::null());
+        self.spawn(process, name, arguments);
+    }
+
+    fn spawn(&mut self, mut process: Command, name: &str, arguments: &[&str]) {
         self.started += 1;
         let log = self.path(&format!("{name}-{}.log", self.started));
-        let mut process = self.command(binary(program));
         process.args(arguments);
         let output = File::options().append(true).create(true).open(&log).expect("a log file");
         process.stdout(output.try_clone().expect("a second handle")).stderr(output);

@@ -1,15 +1,28 @@
-//! Images as a stock ROS 2 tool receives them: by CycloneDDS, an independent implementation.
+//! Images, and what nodes say of themselves, as a stock ROS 2 tool receives them: by CycloneDDS, an
+//! independent implementation.
+
+use std::{
+    io::{BufRead, BufReader},
+    process::{Command, Stdio},
+};
 
 use evac_tests::{Nodes, PATIENCE, repository};
+use ros_runtime::parameters::{ParameterClient, ParameterValue};
 
 const FRAMES: u64 = 50;
 
-fn read_images(nodes: &Nodes, options: &[&str]) -> serde_json::Value {
+/// One of the peers, which are programs in Python.
+fn peer(nodes: &Nodes, name: &str) -> Command {
     let python = std::env::var("EVAC_PYTHON")
         .expect("EVAC_PYTHON names a python with the peers: run launch_scripts/test.sh");
-    let mut reader = nodes.command(python);
+    let mut peer = nodes.command(python);
+    peer.arg(repository().join("tests/peers").join(name));
+    peer
+}
+
+fn read_images(nodes: &Nodes, options: &[&str]) -> serde_json::Value {
+    let mut reader = peer(nodes, "image_reader.py");
     reader
-        .arg(repository().join("tests/peers/image_reader.py"))
         .args(["--frames", &FRAMES.to_string(), "--timeout", &PATIENCE.as_secs().to_string()])
         .args(options);
     let (status, text, error) = nodes.run(&mut reader);
@@ -31,4 +44,29 @@ fn cyclone_dds_reads_the_images_of_a_training() {
         });
         assert_eq!(images, expected, "{options:?}");
     }
+}
+
+#[test]
+fn cyclone_dds_hears_diagnostics_and_parameter_events() {
+    let mut nodes = Nodes::new();
+    nodes.start_simulator(&[]);
+    let timeout = PATIENCE.as_secs().to_string();
+    let mut watcher = peer(&nodes, "node_watcher.py");
+    watcher.args(["--node", "/sim_node", "--parameter", "scenario", "--timeout", &timeout]);
+    let mut watcher = watcher.stdout(Stdio::piped()).spawn().expect("the watcher starts");
+    let output = watcher.stdout.take().expect("it is piped");
+    let mut lines = BufReader::new(output).lines().map(|line| line.expect("text"));
+    assert_eq!(lines.next().as_deref(), Some("listening"));
+    let mut node = nodes.client();
+    let parameters = ParameterClient::new(&mut node, "sim_node").expect("a client");
+    let concave = ParameterValue::String("concave".to_owned());
+    let set = node.block_on(parameters.set("scenario", concave, PATIENCE));
+    assert_eq!(set, Ok(Ok(())));
+    let report: serde_json::Value =
+        serde_json::from_str(&lines.next().expect("a report")).expect("JSON");
+    assert!(watcher.wait().expect("it is our child").success());
+    let expected = serde_json::json!({
+        "parts": { "camera": 0, "room": 0 }, "changed": ["concave"],
+    });
+    assert_eq!(report, expected);
 }

@@ -2,18 +2,10 @@
 
 use std::{fs, path::Path, time::Duration};
 
-use agent_node::{
-    learning::{
-        checkpoint::model_bytes,
-        settings::Preset,
-        training::{Plan, Training},
-    },
-    run::RunDirectory,
-};
+use agent_node::learning::{settings::Preset, training::Plan};
 use evac_msgs::{ActionCommand, EpisodeStatus};
-use evac_tests::{Nodes, Room, Silent};
+use evac_tests::{Nodes, Outcome};
 use ros_runtime::node::reliable;
-use sim_node::world::WorldSettings;
 
 /// Long enough for some hundred steps on any machine.
 const TRAINING: Duration = Duration::from_secs(300);
@@ -22,31 +14,14 @@ const MAX_STEPS: u32 = 60;
 const EPISODES: u32 = 12;
 const SEED: u64 = 5;
 
-/// The same training in this process: `episodes.csv` and `model.safetensors`.
-fn in_process(scenario: &str, rooms: usize, directory: &Path) -> (Vec<u8>, Vec<u8>) {
+/// The same training in this process.
+fn in_process(scenario: &str, rooms: usize, directory: &Path) -> Outcome {
     in_process_by(Preset::default(), scenario, rooms, directory)
 }
 
-fn in_process_by(
-    preset: Preset,
-    scenario: &str,
-    rooms: usize,
-    directory: &Path,
-) -> (Vec<u8>, Vec<u8>) {
+fn in_process_by(preset: Preset, scenario: &str, rooms: usize, directory: &Path) -> Outcome {
     let plan = Plan { scenario: scenario.to_owned(), episodes: EPISODES, seed: SEED, rooms };
-    let mut training = Training::new(plan, preset.settings()).expect("a network");
-    let room = |_| Room::new(WorldSettings { max_steps: MAX_STEPS, ..Default::default() });
-    let mut rooms: Vec<Room> = (0..rooms).map(room).collect();
-    training.run(&mut rooms, &mut Silent).expect("a training");
-    let directory = RunDirectory::open(directory).expect("a directory");
-    directory.write_episodes(&training.progress.records).expect("episodes.csv");
-    let episodes = fs::read(directory.file("episodes.csv")).expect("it was just written");
-    (episodes, model_bytes(training.learner().network()).expect("weights"))
-}
-
-fn left_by(out: &Path) -> (Vec<u8>, Vec<u8>) {
-    let read = |name: &str| fs::read(out.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
-    (read("episodes.csv"), read("model.safetensors"))
+    Outcome::in_process(plan, preset, MAX_STEPS, directory)
 }
 
 fn start_agent(nodes: &mut Nodes, out: &Path, scenario: &str, more: &[&str]) {
@@ -58,14 +33,6 @@ fn start_agent(nodes: &mut Nodes, out: &Path, scenario: &str, more: &[&str]) {
 
 fn start_simulator(nodes: &mut Nodes) {
     nodes.start_simulator(&[&format!("max_steps:={MAX_STEPS}")]);
-}
-
-/// That the two are equal, without printing a megabyte if they are not.
-#[track_caller]
-fn assert_same(found: &(Vec<u8>, Vec<u8>), expected: &(Vec<u8>, Vec<u8>)) {
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    assert_eq!(text(&found.0), text(&expected.0), "episodes.csv");
-    assert!(found.1 == expected.1, "model.safetensors differs");
 }
 
 #[test]
@@ -82,7 +49,7 @@ fn over_dds_and_in_one_process_are_the_same_to_the_byte() {
         start_agent(&mut nodes, &out, scenario, &[&format!("preset:={preset}")]);
         nodes.succeed("agent_node", TRAINING);
         let here = in_process_by(preset, scenario, 1, &nodes.path("here"));
-        assert_same(&left_by(&out), &here);
+        Outcome::left_in(&out).assert_is(&here);
     }
 }
 
@@ -101,7 +68,7 @@ fn several_simulators_at_once_give_one_result_too() {
     start_agent(&mut nodes, &out, "three_moving", &[&simulators]);
     nodes.succeed("agent_node", TRAINING);
     let here = in_process("three_moving", SIMULATORS, &nodes.path("here"));
-    assert_same(&left_by(&out), &here);
+    Outcome::left_in(&out).assert_is(&here);
 }
 
 /// The simulator has them already, and is sent none; whoever else listens gets them all.
@@ -146,7 +113,7 @@ fn a_run_leaves_its_files_and_its_config_repeats_it() {
     nodes.wait_for_log("agent_node", "waiting for the service /reset");
     start_simulator(&mut nodes);
     nodes.succeed("agent_node", TRAINING);
-    let first = left_by(&out);
+    let first = Outcome::left_in(&out);
 
     let json = |name: &str| -> serde_json::Value {
         let text = fs::read_to_string(out.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
@@ -156,11 +123,7 @@ fn a_run_leaves_its_files_and_its_config_repeats_it() {
     assert_eq!(summary["scenario"], "one_cylinder");
     assert_eq!(summary["preset"], "robust");
     assert_eq!((&summary["seed"], &summary["episodes"]), (&SEED.into(), &EPISODES.into()));
-    let lines =
-        String::from_utf8_lossy(&first.0).lines().skip(1).map(str::to_owned).collect::<Vec<_>>();
-    let steps = lines.iter().map(|line| line.split(',').nth(1).expect("steps").parse::<u64>());
-    assert_eq!(summary["steps"], steps.map(|n| n.expect("a number")).sum::<u64>());
-    assert_eq!(lines.len(), EPISODES as usize);
+    assert_eq!((&summary["steps"], first.episodes()), (&first.steps().into(), EPISODES as usize));
     for key in ["wall_s", "steps_per_s", "update_us"] {
         assert!(summary[key].as_f64().expect("a number") > 0.0, "{key}");
     }
@@ -182,9 +145,9 @@ fn a_run_leaves_its_files_and_its_config_repeats_it() {
     fs::write(&kept, &config).expect("a copy");
     nodes.start_agent_with_file("train", &kept);
     nodes.succeed("agent_node", TRAINING);
-    assert_same(&left_by(&out), &first);
+    Outcome::left_in(&out).assert_is(&first);
     // The first run was not overwritten.
-    assert_same(&left_by(&nodes.path("run.1")), &first);
+    Outcome::left_in(&nodes.path("run.1")).assert_is(&first);
 }
 
 #[test]
@@ -201,7 +164,7 @@ fn a_simulator_that_is_killed_and_started_again_changes_nothing() {
     nodes.succeed("agent_node", TRAINING);
     let log = nodes.log("agent_node");
     assert!(log.contains("the simulator was restarted: repeating"), "{log}");
-    assert_same(&left_by(&out), &in_process("three_moving", 1, &nodes.path("here")));
+    Outcome::left_in(&out).assert_is(&in_process("three_moving", 1, &nodes.path("here")));
 }
 
 #[test]
@@ -217,7 +180,7 @@ fn a_training_that_is_stopped_goes_on_as_if_it_had_not_been() {
         start_agent(&mut nodes, &out, "one_moving", &["resume:=true"]);
     }
     nodes.succeed("agent_node", TRAINING);
-    assert_same(&left_by(&out), &in_process("one_moving", 1, &nodes.path("here")));
+    Outcome::left_in(&out).assert_is(&in_process("one_moving", 1, &nodes.path("here")));
 }
 
 #[test]
@@ -308,7 +271,7 @@ fn a_simulator_that_was_stopped_and_continued_says_so_and_ends() {
     assert!(log.contains("the process was stopped and continued"), "{log}");
     start_simulator(&mut nodes);
     nodes.succeed("agent_node", TRAINING);
-    assert_same(&left_by(&out), &in_process("empty", 1, &nodes.path("here")));
+    Outcome::left_in(&out).assert_is(&in_process("empty", 1, &nodes.path("here")));
 }
 
 #[test]

@@ -1,16 +1,18 @@
 //! A training laid down in one file, to be taken up again as if nothing had happened.
 //!
-//! `checkpoint.safetensors` holds the weights of both networks, Adam's moments in the same shapes, the replay memory
-//! and, as JSON under its only metadata key, the progress and the state of every random sequence.
+//! `checkpoint.safetensors` holds the weights of both networks, Adam's moments in the same shapes, the
+//! replay memory and, under its only metadata key, a checksum of the whole and, as JSON, the progress
+//! and the state of every random sequence.
 
 use std::{
     borrow::Cow, collections::HashMap, fmt::Display, ops::Range, path::Path, time::Duration,
 };
 
-use candle_core::{Device, Tensor};
+use candle_core::{DType, Device, Tensor};
+use crc::{CRC_32_ISCSI, Crc, Table};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use safetensors::{Dtype, SafeTensors, View};
+use safetensors::{Dtype, SafeTensors, View, tensor::TensorView};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -26,7 +28,7 @@ use super::{
 };
 
 /// The form of the file; another one is refused.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 const METADATA_KEY: &str = "training";
 
 /// Why a file of tensors cannot be used.
@@ -107,7 +109,8 @@ pub fn model_bytes(network: &Perceptron) -> Result<Vec<u8>, candle_core::Error> 
 /// A trained network from `model.safetensors`.
 pub fn load_model(path: &Path, settings: &Settings) -> Result<QNetwork, LoadError> {
     let bytes = read(path)?;
-    let (tensors, _) = parse(path, &bytes)?;
+    let file = File::parse(path, &bytes)?;
+    let tensors = file.tensors().map_err(|error| file.damaged(error))?;
     let network = QNetwork::new(
         input_size(settings.observation_frames),
         &settings.hidden_layers,
@@ -174,8 +177,11 @@ impl Training {
         column("reward_bits", &|e| e.reward.to_bits())?;
         column("terminated", &|e| u32::from(e.terminated))?;
 
+        tensors.sort_by(|(a, _), (b, _)| a.cmp(b));
         let state = serde_json::to_string(&state).map_err(candle_core::Error::wrap)?;
-        let metadata = HashMap::from([(METADATA_KEY.to_owned(), state)]);
+        let views = tensors.iter().map(|(name, column)| (name.as_str(), column));
+        let sealed = format!("{:08x} {state}", checksum(&state, views));
+        let metadata = HashMap::from([(METADATA_KEY.to_owned(), sealed)]);
         Ok(safetensors::serialize_to_file(tensors, Some(metadata), path)?)
     }
 
@@ -183,13 +189,9 @@ impl Training {
     /// the settings must be those of then.
     pub fn load(path: &Path, plan: Plan, settings: Settings) -> Result<Training, LoadError> {
         let bytes = read(path)?;
-        let (tensors, metadata) = parse(path, &bytes)?;
-        let damaged =
-            |reason: String| LoadError::Damaged { path: path.display().to_string(), reason };
-        let state =
-            metadata.get(METADATA_KEY).ok_or_else(|| damaged("it is no checkpoint".into()))?;
-        let state: State =
-            serde_json::from_str(state).map_err(|error| damaged(error.to_string()))?;
+        let file = File::parse(path, &bytes)?;
+        let damaged = |reason: String| file.damaged(reason);
+        let state = file.state()?;
         if state.version != VERSION {
             let reason = format!("it has version {}, expected {VERSION}", state.version);
             return Err(does_not_fit(path, reason));
@@ -213,6 +215,7 @@ impl Training {
         let mut training =
             Training::new(plan, settings).map_err(|error| does_not_fit(path, error))?;
         let learner = &mut training.learner;
+        let tensors = file.tensors().map_err(|error| file.damaged(error))?;
         for (prefix, parameters) in learner.parameters_mut() {
             let shape = parameters.network().map_err(|error| does_not_fit(path, error))?;
             let saved = shape.with_tensors(prefix, &tensors);
@@ -221,7 +224,7 @@ impl Training {
         }
         learner.adam.step = state.adam_step;
         learner.memory =
-            memory(&tensors, &learner.memory, state.first_image, state.oldest).map_err(damaged)?;
+            memory(&file, &learner.memory, state.first_image, state.oldest).map_err(damaged)?;
         let images = learner.memory.needed_images();
         let mut seen = state.progress.current.iter().flatten().filter_map(|current| current.image);
         if !seen.all(|image| images.contains(&image)) {
@@ -341,25 +344,21 @@ fn difference(saved: &Settings, given: &Settings) -> String {
 }
 
 fn memory(
-    tensors: &HashMap<String, Tensor>,
+    file: &File,
     empty: &ReplayMemory,
     first_image: u64,
     oldest: usize,
 ) -> Result<ReplayMemory, String> {
     let action = |index: u32| u8::try_from(index).ok().and_then(|a| Action::try_from(a).ok());
-    let tensor = |name: &str| {
-        let name = format!("memory.{name}");
-        tensors.get(&name).ok_or(format!("{name} is missing"))
-    };
-    let column = |name: &str| {
-        tensor(name)?.to_vec1::<u32>().map_err(|error| format!("memory.{name}: {error}"))
-    };
-    let mut images: Vec<u8> = Vec::new();
-    for piece in (0..).map(images_name).map_while(|name| tensors.get(&name)) {
-        let bytes = piece.flatten_all().and_then(|images| images.to_vec1::<u8>());
-        images.extend(bytes.map_err(|error| format!("memory.images: {error}"))?);
+    let column = |name: &str| file.column(&format!("memory.{name}"));
+    let mut images: Vec<&[u8; Image::BYTES]> = Vec::new();
+    for piece in (0..).map(images_name).map_while(|name| file.tensors.tensor(&name).ok()) {
+        let (whole, rest) = piece.data().as_chunks();
+        if piece.dtype() != Dtype::U8 || !rest.is_empty() {
+            return Err("a piece of memory.images holds something else than images".into());
+        }
+        images.extend(whole);
     }
-    let (images, rest) = images.as_chunks();
     let count = images.len();
     let [backs, actions, tried] = ["images.back", "images.action", "images.tried"].map(column);
     let (backs, actions, tried) = (backs?, actions?, tried?);
@@ -376,7 +375,7 @@ fn memory(
             return Err(format!("image {index} has come about in a way that is not possible"));
         };
         let before = (back > 0).then_some((back, action));
-        frames.push(Frame { image: *image, before, tried });
+        frames.push(Frame { image: **image, before, tried });
     }
     let [states, next_states, actions, rewards, terminated] =
         ["state", "next_state", "action", "reward_bits", "terminated"].map(column);
@@ -407,9 +406,6 @@ fn memory(
             terminated: terminated[index] != 0,
         });
     }
-    if !rest.is_empty() {
-        return Err(format!("memory.images has {count} images and {} bytes more", rest.len()));
-    }
     // Until the memory is full, the oldest experience is the first.
     if oldest != 0 && (length < empty.capacity() || oldest >= length) {
         return Err(format!("the oldest of {length} experiences cannot have the index {oldest}"));
@@ -422,14 +418,83 @@ fn read(path: &Path) -> Result<Vec<u8>, LoadError> {
         .map_err(|source| LoadError::Read { path: path.display().to_string(), source })
 }
 
-type Parsed = (HashMap<String, Tensor>, HashMap<String, String>);
+/// A file of tensors, none of them copied yet.
+struct File<'a> {
+    path: &'a Path,
+    tensors: SafeTensors<'a>,
+    metadata: HashMap<String, String>,
+}
 
-fn parse(path: &Path, bytes: &[u8]) -> Result<Parsed, LoadError> {
-    let damaged = |reason: String| LoadError::Damaged { path: path.display().to_string(), reason };
-    let (_, header) = SafeTensors::read_metadata(bytes).map_err(|e| damaged(e.to_string()))?;
-    let metadata = header.metadata().clone().unwrap_or_default();
-    let tensors = candle_core::safetensors::load_buffer(bytes, &Device::Cpu);
-    Ok((tensors.map_err(|error| damaged(error.to_string()))?, metadata))
+impl<'a> File<'a> {
+    fn parse(path: &'a Path, bytes: &'a [u8]) -> Result<File<'a>, LoadError> {
+        let damaged = |error: safetensors::SafeTensorError| damaged(path, error);
+        let (_, header) = SafeTensors::read_metadata(bytes).map_err(damaged)?;
+        let metadata = header.metadata().clone().unwrap_or_default();
+        Ok(File { path, tensors: SafeTensors::deserialize(bytes).map_err(damaged)?, metadata })
+    }
+
+    fn damaged(&self, reason: impl ToString) -> LoadError {
+        damaged(self.path, reason)
+    }
+
+    /// The state of a training, if the file is as it was written.
+    fn state(&self) -> Result<State, LoadError> {
+        let sealed = self.metadata.get(METADATA_KEY);
+        let sealed = sealed.ok_or_else(|| self.damaged("it is no checkpoint"))?;
+        // The version comes first in the state, and before version 4 nothing came before it.
+        let Some((written, state)) = sealed.split_once(' ').filter(|_| !sealed.starts_with('{'))
+        else {
+            let reason = format!("it is of a version before {VERSION}");
+            return Err(does_not_fit(self.path, reason));
+        };
+        let state_is: State = serde_json::from_str(state).map_err(|error| self.damaged(error))?;
+        let mut views: Vec<_> = self.tensors.iter().collect();
+        views.sort_by_key(|(name, _)| *name);
+        let found = checksum(state, views.iter().map(|(name, view)| (*name, view)));
+        if u32::from_str_radix(written, 16) != Ok(found) {
+            let reason = format!("its checksum is {found:08x}, not {written} as it says itself");
+            return Err(self.damaged(reason));
+        }
+        Ok(state_is)
+    }
+
+    /// The tensors of floats: everything but the memory.
+    fn tensors(&self) -> candle_core::Result<HashMap<String, Tensor>> {
+        let floats = self.tensors.iter().filter(|(_, view)| view.dtype() == Dtype::F32);
+        let tensor = |(name, view): (&str, TensorView)| {
+            let (data, shape) = (view.data(), view.shape());
+            let tensor = Tensor::from_raw_buffer(data, DType::F32, shape, &Device::Cpu)?;
+            Ok((name.to_owned(), tensor))
+        };
+        floats.map(tensor).collect()
+    }
+
+    /// A list of whole numbers.
+    fn column(&self, name: &str) -> Result<Vec<u32>, String> {
+        let view = self.tensors.tensor(name).map_err(|_| format!("{name} is missing"))?;
+        match view.data().as_chunks() {
+            (numbers, []) if view.dtype() == Dtype::U32 && view.shape().len() == 1 => {
+                Ok(numbers.iter().map(|bytes| u32::from_le_bytes(*bytes)).collect())
+            }
+            _ => Err(format!("{name} is no list of 32-bit numbers")),
+        }
+    }
+}
+
+/// A checksum of a state and of tensors, which come in the order of their names.
+fn checksum<'a, V: View + 'a>(state: &str, tensors: impl Iterator<Item = (&'a str, &'a V)>) -> u32 {
+    static CRC: Crc<u32, Table<16>> = Crc::<u32, Table<16>>::new(&CRC_32_ISCSI);
+    let mut digest = CRC.digest();
+    digest.update(state.as_bytes());
+    for (name, tensor) in tensors {
+        digest.update(format!("{name} {:?} {:?}", tensor.dtype(), tensor.shape()).as_bytes());
+        digest.update(&tensor.data());
+    }
+    digest.finalize()
+}
+
+fn damaged(path: &Path, reason: impl ToString) -> LoadError {
+    LoadError::Damaged { path: path.display().to_string(), reason: reason.to_string() }
 }
 
 fn does_not_fit(path: &Path, reason: impl ToString) -> LoadError {
@@ -469,7 +534,37 @@ mod tests {
         let header = std::str::from_utf8(header).unwrap();
         assert!(header.contains(&escaped(from)), "no {from} in the checkpoint");
         let header = header.replace(&escaped(from), &escaped(to));
-        [&(header.len() as u64).to_le_bytes(), header.as_bytes(), tensors].concat()
+        sealed(&[&(header.len() as u64).to_le_bytes(), header.as_bytes(), tensors].concat())
+    }
+
+    /// The file with the checksum that belongs to it now.
+    fn sealed(bytes: &[u8]) -> Vec<u8> {
+        let file = File::parse(Path::new("test"), bytes).unwrap();
+        let (written, state) = file.metadata[METADATA_KEY].split_once(' ').unwrap();
+        let mut views: Vec<_> = file.tensors.iter().collect();
+        views.sort_by_key(|(name, _)| *name);
+        let right = checksum(state, views.iter().map(|(name, view)| (*name, view)));
+        let right = format!("{right:08x}");
+        let place = bytes.windows(8).position(|eight| eight == written.as_bytes()).unwrap();
+        let mut bytes = bytes.to_vec();
+        bytes[place..place + 8].copy_from_slice(right.as_bytes());
+        bytes
+    }
+
+    /// Whatever became of a byte on its way to the disk and back.
+    #[test]
+    fn no_damage_goes_unnoticed() {
+        let settings = Preset::Paper.settings();
+        let bytes = bytes_of(&Training::new(plan(), settings.clone()).unwrap());
+        let step = bytes.len() / 300;
+        for place in (0..bytes.len()).step_by(step) {
+            let mut damaged = bytes.clone();
+            damaged[place] ^= 1 << (place % 8);
+            let Err(message) = load(&damaged, plan(), settings.clone()) else {
+                panic!("a change of byte {place} is accepted");
+            };
+            assert!(message.contains("checkpoint.safetensors"), "{message}");
+        }
     }
 
     #[test]
@@ -505,7 +600,7 @@ mod tests {
             (r#""episode":1,"image":null"#, r#""episode":2,"image":null"#),
             (r#""episode":1,"image":null"#, r#""episode":1,"image":0"#),
             (r#""begun":null"#, r#""begun":{"actions":[1],"updates":0}"#),
-            (r#""version":3"#, r#""version":2"#),
+            (r#""version":4"#, r#""version":2"#),
             (r#""position":"0""#, r#""position":"y""#),
         ] {
             let result = load(&with_state(&bytes, from, to), plan(), settings.clone());

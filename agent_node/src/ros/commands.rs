@@ -112,8 +112,7 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
     let (directory, mut training) = match resume {
         true => {
             let directory = RunDirectory::open(out)?;
-            let file = directory.file(RunDirectory::CHECKPOINT);
-            let training = Training::load(&file, plan, settings)?;
+            let training = saver::load(&directory, &plan, &settings)?;
             info!("going on with episode {} of {}", training.episode(), training.plan.episodes);
             (directory, training)
         }
@@ -141,7 +140,7 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
     }
     let mut listener = TrainingListener {
         console: Console::new("training", training.plan.episodes, training.episode()),
-        board: TensorBoard::create(&directory.file("tensorboard"), training.episode())?,
+        board: Some(TensorBoard::create(&directory.file("tensorboard"), training.episode())?),
         saver: Saver::start(&directory)?,
         statuses,
         state: LearnerState::reported_by(node.diagnostics()),
@@ -452,7 +451,8 @@ impl TestListener for ConsoleTestListener {
 
 struct TrainingListener {
     console: Console,
-    board: TensorBoard,
+    /// None once it cannot be written.
+    board: Option<TensorBoard>,
     saver: Saver,
     statuses: Publisher<TrainingStatus>,
     state: LearnerState,
@@ -463,7 +463,12 @@ struct TrainingListener {
 
 impl Listener for TrainingListener {
     fn episode(&mut self, training: &Training, record: &EpisodeRecord) -> anyhow::Result<()> {
-        self.board.record(record, training.progress.total_steps)?;
+        if let Some(board) = &mut self.board
+            && let Err(error) = board.record(record, training.progress.total_steps)
+        {
+            warn!("{:#}: the training goes on without", anyhow::Error::from(error));
+            self.board = None;
+        }
         publish_status(&self.statuses, training, record);
         self.state.update(training);
         self.console.training_episode(training);

@@ -1,6 +1,6 @@
 //! The node's loop: requests and commands in, answers and images out.
 
-use std::{collections::VecDeque, future::Future, pin::pin, sync::Arc, time::Duration};
+use std::{collections::VecDeque, pin::pin, sync::Arc, time::Duration};
 
 use anyhow::Context;
 use evac_msgs::{ActionCommand, Reset, Step, reset, step};
@@ -21,9 +21,6 @@ use super::{
     session::{ClientId, Executed, Session},
 };
 use crate::world::{Scenario, World};
-
-/// How long an answer may wait for room in the send window.
-const SEND_TIMEOUT: Duration = Duration::from_millis(100);
 
 /// Runs the simulator until it is told to end.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
@@ -61,8 +58,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
     let shutdown = node.shutdown().clone();
     node.block_on(shutdown.unless_requested(async {
-        let mut reset_requests = resets.receive_request_stream();
-        let mut step_requests = steps.receive_request_stream();
         let mut command_stream = pin!(commands.async_stream());
         let mut arrivals = pin!(publishers.arrivals().fuse());
         let mut frames = deployment.frames();
@@ -70,36 +65,33 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let mut moves = VecDeque::new();
         let motion_time = Duration::from_secs_f64(deployment.motion_time);
         loop {
+            let mut step_request = pin!(steps.next_request().fuse());
+            let mut reset_request = pin!(resets.next_request().fuse());
             let move_end = moves.front().map(|(end, _, _)| *end);
             let mut move_ends = pin!(until(move_end).fuse());
             let mut motion_ends = pin!(until(room.motion_end()).fuse());
             let mut drawing_due = pin!(until(room.pace.due()).fuse());
             let mut frame_due = pin!(next(&mut frames).fuse());
             select! {
-                request = step_requests.select_next_some() => match request {
-                    Ok((id, request)) if !motion_time.is_zero() => {
+                (id, request) = step_request => {
+                    if motion_time.is_zero() {
+                        let (response, executed) = room.step(&request);
+                        steps.answer(id, response).await;
+                        room.publish_if_any(executed);
+                    } else {
                         moves.push_back((Instant::now() + motion_time, id, request));
                     }
-                    Ok((id, request)) => {
-                        let (response, executed) = room.step(&request);
-                        answer("step", steps.async_send_response(id, response)).await;
-                        room.publish_if_any(executed);
-                    }
-                    Err(error) => warn!("a request of step cannot be read: {error}"),
                 },
                 () = move_ends => if let Some((_, id, request)) = moves.pop_front() {
                     let (response, executed) = room.step(&request);
-                    answer("step", steps.async_send_response(id, response)).await;
+                    steps.answer(id, response).await;
                     room.publish_if_any(executed);
                 },
-                request = reset_requests.select_next_some() => match request {
-                    Ok((id, request)) => {
-                        let client = id.writer_gid.to_bytes16();
-                        let (response, executed) = room.reset(client, &request)?;
-                        answer("reset", resets.async_send_response(id, response)).await;
-                        room.publish_if_any(executed);
-                    }
-                    Err(error) => warn!("a request of reset cannot be read: {error}"),
+                (id, request) = reset_request => {
+                    let client = id.writer_gid.to_bytes16();
+                    let (response, executed) = room.reset(client, &request)?;
+                    resets.answer(id, response).await;
+                    room.publish_if_any(executed);
                 },
                 command = command_stream.select_next_some() => match command {
                     Ok((command, _)) => room.command(&command)?,
@@ -294,17 +286,5 @@ async fn next(frames: &mut Option<Interval>) {
     match frames {
         Some(frames) => drop(frames.tick().await),
         None => std::future::pending().await,
-    }
-}
-
-/// Sends an answer, or gives it up: the client asks again.
-///
-/// The send window is full while a client that died has not been given up by DDS (its lease is some
-/// 50 s); the others must not wait with it.
-async fn answer<E: std::fmt::Display>(service: &str, sent: impl Future<Output = Result<(), E>>) {
-    match tokio::time::timeout(SEND_TIMEOUT, sent).await {
-        Ok(Ok(())) => {}
-        Ok(Err(error)) => warn!("an answer of {service} could not be sent: {error}"),
-        Err(_) => warn!("an answer of {service} could not be sent: a client does not read its own"),
     }
 }

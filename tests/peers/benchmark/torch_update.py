@@ -1,4 +1,6 @@
-"""Measures one update of deep Q-learning in PyTorch, as Evac's preset `paper` makes it.
+"""Measures one update of deep Q-learning in PyTorch, of a network and batch like Evac's.
+
+Without options they are those of the preset `paper`.
 
 An update is everything from drawing a batch of memories to the step of Adam. Prints one line of
 JSON: `torch_update_us`, the median over chunks of 100 updates, in microseconds each, and

@@ -6,6 +6,7 @@ mod peers;
 mod report;
 mod room;
 mod round_trip;
+mod scale;
 mod training;
 
 use std::path::PathBuf;
@@ -25,6 +26,9 @@ struct CommandLine {
     /// A Python with the packages of tests/peers/benchmark/requirements.txt, to measure the peers
     #[arg(long)]
     peers: Option<PathBuf>,
+    /// Also trains in several rooms at once that take their time
+    #[arg(long)]
+    scale: bool,
 }
 
 /// The other process of a round trip; started by the benchmark itself.
@@ -56,6 +60,10 @@ fn main() -> anyhow::Result<()> {
         learner: part("the learner", learner::measure)?,
         round_trip: part("round trips over the network", round_trip::measure)?,
         training: part("whole trainings, in one process and over DDS", training::measure)?,
+        scale: match command_line.scale {
+            true => part("trainings in several rooms at once", scale::measure)?,
+            false => Vec::new(),
+        },
         peers: match &command_line.peers {
             Some(python) => part("the peers", || peers::measure(python))?,
             None => PeerFigures::default(),

@@ -10,6 +10,7 @@ use crate::{
     peers::PeerFigures,
     room::RoomFigures,
     round_trip::{Percentiles, RoundTripFigures},
+    scale::{MOTION_TIME_S, ScaleFigures},
     training::TrainingFigures,
 };
 
@@ -19,6 +20,8 @@ pub struct Report {
     pub learner: Vec<LearnerFigures>,
     pub round_trip: RoundTripFigures,
     pub training: TrainingFigures,
+    /// Trainings in rooms that take their time, by how many of them there are.
+    pub scale: Vec<ScaleFigures>,
     pub peers: PeerFigures,
 }
 
@@ -38,7 +41,7 @@ impl Report {
                 figures.update_roofline_us,
                 &format!("its {:.0} us of sgemm", figures.update_roofline_us),
             );
-            if let Some(torch) = self.peers.torch_update_us {
+            if let Some(torch) = self.peers.torch_update_us(preset) {
                 write!(beside, "; PyTorch {torch:.0} us, {:.1} x", torch / figures.update_us).ok();
             }
             row(&format!("update, {preset}"), format!("{:.1} us", figures.update_us), beside);
@@ -64,12 +67,10 @@ impl Report {
             row("CycloneDDS's ddsperf", format!("{ddsperf:.0} us"), "a peer".into());
         }
         let training = &self.training;
-        let steps = training.steps as f64;
-        let updates_s = steps * training.update_us / 1e6;
         row(
             &format!("training over DDS, {} steps", training.steps),
             format!("{:.1} s", training.wall_s),
-            ratio(training.wall_s, updates_s, &format!("its {updates_s:.1} s of updates")),
+            format!("{:.2} x its {:.1} s of updates", training.wall_ratio(), training.updates_s()),
         );
         let mut beside = String::new();
         if let Some(sb3) = self.peers.sb3_steps_per_s {
@@ -84,6 +85,14 @@ impl Report {
             format!("{:.0} steps/s", training.in_process_steps_per_s),
             String::new(),
         );
+        for figures in &self.scale {
+            let success = figures.success_s.map_or("never".to_owned(), |s| format!("{s:.0} s"));
+            row(
+                &format!("{} rooms, {MOTION_TIME_S} s a move", figures.rooms),
+                format!("{:.0} steps/s", figures.steps_per_s),
+                format!("{:.0} s in all, {success} until 9 of 10 escape soon", figures.wall_s),
+            );
+        }
         for figures in &self.room {
             row(
                 &format!("simulator, {}", figures.scenario),
@@ -123,6 +132,7 @@ impl Report {
                     "update_roofline_us": figures.update_roofline_us,
                     "inference_us": figures.inference_us,
                     "sgemm_gflops": figures.sgemm_gflops,
+                    "torch_update_us": self.peers.torch_update_us(figures.preset),
                 });
                 (figures.preset.to_string(), value)
             })
@@ -131,6 +141,19 @@ impl Report {
             .room
             .iter()
             .map(|figures| (figures.scenario.to_string(), figures.steps_per_s.into()))
+            .collect();
+        let scale: Vec<Value> = self
+            .scale
+            .iter()
+            .map(|figures| {
+                json!({
+                    "simulators": figures.rooms,
+                    "steps": figures.steps,
+                    "wall_s": figures.wall_s,
+                    "steps_per_s": figures.steps_per_s,
+                    "success_s": figures.success_s,
+                })
+            })
             .collect();
         let paper = &presets["paper"];
         let figures = json!({
@@ -141,7 +164,7 @@ impl Report {
             "cyclone_rtt_us": self.peers.cyclone_rtt_us,
             "update_us": paper["update_us"],
             "update_roofline_us": paper["update_roofline_us"],
-            "torch_update_us": self.peers.torch_update_us,
+            "torch_update_us": paper["torch_update_us"],
             "sb3_steps_per_s": self.peers.sb3_steps_per_s,
             "inference_us": paper["inference_us"],
             "step_rtt_us": percentiles(&self.round_trip.step),
@@ -154,6 +177,7 @@ impl Report {
             "sim_steps_per_s": steps_per_s(Scenario::ThreeCylinders),
             "sim_steps_per_s_by_scenario": scenarios,
             "rss_mb": {"sim": self.training.sim_rss_mb, "agent": self.training.agent_rss_mb},
+            "simulators": scale,
             "presets": presets,
         });
         serde_json::to_string_pretty(&figures).map(|text| text + "\n")

@@ -1,0 +1,112 @@
+//! The two nodes on two hosts, and a network between them that loses, repeats, delays and reorders.
+//!
+//! These tests need root, Linux's TAP devices, util-linux and iproute2; where one of them is missing
+//! they say so and pass.
+
+use std::{path::Path, time::Duration};
+
+use agent_node::learning::{settings::Preset, training::Plan};
+use evac_tests::{
+    Nodes, Outcome, PATIENCE,
+    network::{Faults, Network},
+};
+
+const TRAINING: Duration = Duration::from_secs(900);
+const MAX_STEPS: u32 = 60;
+const SEED: u64 = 5;
+
+fn network(faults: Faults) -> Option<Network> {
+    match Network::new(faults, 1) {
+        Ok(network) => Some(network),
+        Err(error) => {
+            eprintln!("SKIPPED: no network of our own on this machine: {error:#}");
+            None
+        }
+    }
+}
+
+fn train(nodes: &mut Nodes, network: &Network, out: &Path, episodes: u32) {
+    let [here, there] = network.hosts();
+    let max_steps = format!("max_steps:={MAX_STEPS}");
+    nodes.start_on(there, "sim_node", "sim_node", &["--ros-args", "-p", &max_steps]);
+    let own = [
+        format!("out:='{}'", out.display()),
+        format!("episodes:={episodes}"),
+        format!("seed:={SEED}"),
+        "preset:=paper".to_owned(),
+        "evaluation_episodes:=0".to_owned(),
+    ];
+    let own = own.iter().flat_map(|parameter| ["-p", parameter.as_str()]);
+    let arguments: Vec<&str> = ["train", "--ros-args"].into_iter().chain(own).collect();
+    nodes.start_on(here, "agent_node", "agent_node", &arguments);
+}
+
+/// What the same training leaves where nothing is lost, and how many steps it takes.
+fn undisturbed(nodes: &Nodes, episodes: u32) -> Outcome {
+    let plan = Plan { scenario: "empty".to_owned(), episodes, seed: SEED, rooms: 1 };
+    Outcome::in_process(plan, Preset::Paper, MAX_STEPS, &nodes.path("here"))
+}
+
+#[test]
+fn a_training_over_a_bad_network_is_the_undisturbed_one_to_the_bit() {
+    const EPISODES: u32 = 100;
+    let faults = Faults { loss: 0.3, repetition: 0.2, delay: Duration::from_millis(5) };
+    let Some(network) = network(faults) else { return };
+    let mut nodes = Nodes::new();
+    let out = nodes.path("run");
+    train(&mut nodes, &network, &out, EPISODES);
+    nodes.succeed("agent_node", TRAINING);
+    let outcome = Outcome::left_in(&out);
+    outcome.assert_is(&undisturbed(&nodes, EPISODES));
+    assert!(outcome.steps() >= 3000, "{}", outcome.steps());
+}
+
+#[test]
+fn a_training_goes_on_after_ten_seconds_without_a_network() {
+    const EPISODES: u32 = 20;
+    let Some(network) = network(Faults::default()) else { return };
+    let mut nodes = Nodes::new();
+    let out = nodes.path("run");
+    train(&mut nodes, &network, &out, EPISODES);
+    // It is made when the training begins.
+    while !out.join("tensorboard").exists() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    for _ in 0..2 {
+        network.set_cut(true);
+        std::thread::sleep(Duration::from_secs(10));
+        network.set_cut(false);
+        std::thread::sleep(Duration::from_millis(200));
+    }
+    nodes.succeed("agent_node", TRAINING);
+    Outcome::left_in(&out).assert_is(&undisturbed(&nodes, EPISODES));
+}
+
+#[test]
+fn a_policy_drives_although_a_fifth_of_the_packets_is_lost() {
+    const EPISODES: usize = 10;
+    let faults = Faults { loss: 0.2, ..Faults::default() };
+    let Some(network) = network(faults) else { return };
+    let mut nodes = Nodes::new();
+    let model = nodes.path("run");
+    nodes.start_simulator(&[]);
+    let out = format!("out:='{}'", model.display());
+    nodes.start_agent("train", &[&out, "episodes:=400", "evaluation_episodes:=0"]);
+    nodes.succeed("agent_node", TRAINING);
+    nodes.kill("sim_node");
+
+    let [here, there] = network.hosts();
+    let robot = ["frame_rate:=50", "motion_time:=0.02", "auto_reset:=true", "max_steps:=100"];
+    let robot = robot.iter().flat_map(|parameter| ["-p", parameter]);
+    let arguments: Vec<&str> = ["--ros-args"].into_iter().chain(robot).collect();
+    nodes.start_on(there, "sim_node", "robot", &arguments);
+    let model = format!("model:='{}'", model.display());
+    let arguments = ["drive", "--ros-args", "-p", &model, "-p", "settle_time:=0.06"];
+    nodes.start_on(here, "agent_node", "driver", &arguments);
+    nodes.wait_for_log("robot", &format!("of {EPISODES} episodes so far"));
+    let log = nodes.log("robot");
+    let escaped = log.lines().filter(|line| line.contains("the robot escaped")).count();
+    assert!(escaped + 1 >= EPISODES, "{log}");
+    nodes.signal("driver", "INT");
+    nodes.succeed("driver", PATIENCE);
+}
