@@ -11,12 +11,14 @@
 #   --motion-time S    how long a move takes, in seconds (default: 0.1)
 #   --settle-time S    how long after an image that it has answered the agent waits for the next one,
 #                      in seconds (default: 0.2)
-#   --robot            there is a robot: start no simulator
+#   --robot            there is a robot: start no simulator, and look for it in the whole subnet unless
+#                      ROS_AUTOMATIC_DISCOVERY_RANGE says otherwise
 #
 # It drives until Ctrl-C; an episode that is over is followed by the next. Another terminal sees how it
 # goes: 'ros2 topic echo /episode', or /diagnostics.
 
 set -euo pipefail
+range=${ROS_AUTOMATIC_DISCOVERY_RANGE:-}
 source "$(dirname "${BASH_SOURCE[0]}")/nodes.sh"
 
 model= scenario= seed=0 frame_rate=20 motion_time=0.1 settle_time=0.2 robot=false more=()
@@ -36,7 +38,12 @@ while [[ $# -gt 0 ]]; do
 done
 check_model "$model"
 scenario=${scenario:-$(scenario_of "$model")}
-[[ "$scenario" != mixed ]] || fail "the model was trained in all rooms: choose one with --scenario"
+if [[ "$robot" == true ]]; then
+    # It is elsewhere in the network, unless somebody says otherwise.
+    export ROS_AUTOMATIC_DISCOVERY_RANGE=${range:-SUBNET}
+elif [[ "$scenario" == mixed ]]; then
+    fail "the model was trained in all rooms: choose one with --scenario"
+fi
 
 build_nodes
 if [[ "$robot" == false ]]; then

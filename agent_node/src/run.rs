@@ -55,6 +55,8 @@ impl RunDirectory {
     pub const CHECKPOINT: &str = "checkpoint.safetensors";
     /// The checkpoint before that one.
     pub const PREVIOUS_CHECKPOINT: &str = "checkpoint.previous.safetensors";
+    /// What was to be the last checkpoint.
+    pub const DAMAGED_CHECKPOINT: &str = "checkpoint.damaged.safetensors";
     /// The weights alone.
     pub const MODEL: &str = "model.safetensors";
     /// Every resolved parameter of both nodes.
@@ -106,8 +108,8 @@ impl RunDirectory {
         self.replace(name, None, write)
     }
 
-    /// As [`RunDirectory::write_by`], but what was there before is kept under another name. At any
-    /// moment one of the two names is that of a whole file.
+    /// As [`RunDirectory::write_by`], but what was there before is kept under another name: at any
+    /// moment one of the two has it.
     pub fn write_and_keep(
         &self,
         name: &str,

@@ -1,6 +1,7 @@
 //! Saving a training while it goes on, and taking it up again.
 
 use std::{
+    fs,
     sync::mpsc::{SyncSender, sync_channel},
     thread::{Builder, JoinHandle},
 };
@@ -45,6 +46,15 @@ pub fn load(
     match load(RunDirectory::PREVIOUS_CHECKPOINT) {
         Ok(training) => {
             warn!("{error}; going on with the checkpoint before that one");
+            // Or the next one would take the place of the only good one.
+            let last = directory.file(RunDirectory::CHECKPOINT);
+            if last.exists() {
+                let aside = directory.file(RunDirectory::DAMAGED_CHECKPOINT);
+                fs::rename(&last, aside).map_err(|source| LoadError::Read {
+                    path: last.display().to_string(),
+                    source,
+                })?;
+            }
             Ok(training)
         }
         // Where there is none, the last one is what is wrong.
@@ -104,5 +114,52 @@ impl Drop for Saver {
             // the training's end.
             let _ = thread.join();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::learning::settings::Preset;
+
+    #[test]
+    fn a_checkpoint_that_cannot_be_used_is_followed_by_the_one_before() {
+        let home = tempfile::tempdir().unwrap();
+        let run = RunDirectory::open(home.path()).unwrap();
+        let plan = Plan { scenario: "empty".into(), episodes: 10, seed: 3, rooms: 1 };
+        let settings = Preset::Paper.settings();
+        let load = || load(&run, &plan, &settings);
+        assert!(matches!(load(), Err(LoadError::Read { .. })));
+
+        let mut training = Training::new(plan.clone(), settings.clone()).unwrap();
+        write(&training, &run).unwrap();
+        training.progress.total_steps = 7;
+        write(&training, &run).unwrap();
+        assert_eq!(load().unwrap().progress.total_steps, 7);
+
+        let last = run.file(RunDirectory::CHECKPOINT);
+        let mut bytes = fs::read(&last).unwrap();
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 1;
+        fs::write(&last, &bytes).unwrap();
+        assert_eq!(load().unwrap().progress.total_steps, 0);
+        // Now as after a power cut between the two names.
+        assert!(!last.exists());
+        assert_eq!(load().unwrap().progress.total_steps, 0);
+        // Whoever goes on has a good one behind him.
+        write(&training, &run).unwrap();
+        fs::remove_file(&last).unwrap();
+        assert_eq!(load().unwrap().progress.total_steps, 0);
+
+        // Where both are wrong, the last one is told of, and the one before it is the error.
+        fs::write(&last, &bytes).unwrap();
+        fs::write(run.file(RunDirectory::PREVIOUS_CHECKPOINT), b"").unwrap();
+        let message = load().unwrap_err().to_string();
+        assert!(message.contains("checkpoint.previous.safetensors is damaged"), "{message}");
+
+        // Of another training is no damage.
+        write(&training, &run).unwrap();
+        let other = Plan { seed: 4, ..plan.clone() };
+        assert!(matches!(super::load(&run, &other, &settings), Err(LoadError::DoesNotFit { .. })));
     }
 }

@@ -5,7 +5,7 @@ The bridge makes of the robot's own camera the 20 x 7 image that the agent knows
 commands velocities for the robot. See docs/robot.md for the contract, and for what the camera must
 see. In a workspace with evac_msgs:
 
-    python3 robot_bridge.py --ros-args -r image:=/front_camera/image_raw \
+    python3 robot_bridge.py --ros-args -r image:=/front_camera/image_rect \
         -r camera_info:=/front_camera/camera_info -r cmd_vel:=/cmd_vel -r odom:=/odom
 """
 
@@ -51,10 +51,13 @@ def rays() -> NDArray[numpy.float64]:
 
 
 def pixels(info: CameraInfo) -> tuple[NDArray[numpy.int64], NDArray[numpy.bool_]]:
-    """Where a camera has these directions, as [..., (row, column)], and whether it sees them."""
+    """Where a camera has these directions, as [..., (row, column)], and whether it sees them.
+
+    An image is one of a fisheye lens, as `equidistant` describes it, or a rectified one.
+    """
     x, y, z = numpy.moveaxis(rays(), -1, 0)
-    fx, cx, fy, cy = info.k[0], info.k[2], info.k[4], info.k[5]
     if info.distortion_model == "equidistant":
+        fx, cx, fy, cy = info.k[0], info.k[2], info.k[4], info.k[5]
         k1, k2, k3, k4 = (list(info.d) + [0.0] * 4)[:4]
         angle = numpy.arctan2(numpy.hypot(x, y), z)
         square = angle**2
@@ -62,7 +65,8 @@ def pixels(info: CameraInfo) -> tuple[NDArray[numpy.int64], NDArray[numpy.bool_]
         scale = distorted / numpy.maximum(numpy.hypot(x, y), 1e-9)
         is_ahead = numpy.ones_like(z, dtype=bool)
     else:
-        # A rectified image of a pinhole camera, which sees nothing at its sides.
+        # A pinhole camera, which sees nothing at its sides.
+        fx, cx, fy, cy = info.p[0], info.p[2], info.p[5], info.p[6]
         scale = 1 / numpy.maximum(z, 1e-9)
         is_ahead = z > 1e-6
     column = numpy.floor(fx * x * scale + cx + 0.5)
@@ -92,6 +96,8 @@ class RobotBridge(Node):
         self.angular = self.declare_parameter("angular_speed", 1.0).value
         self.longest_s = self.declare_parameter("longest_move", 5.0).value
         self.places: tuple[NDArray[numpy.int64], NDArray[numpy.bool_]] | None = None
+        self.size = (0, 0)
+        self.seen_at = self.get_clock().now()
         self.pose: tuple[float, float, float] | None = None
         # The command at work: the heading to turn to, then where the straight part began.
         self.heading: float | None = None
@@ -110,6 +116,7 @@ class RobotBridge(Node):
         """Works out once where the camera sees what the small image looks at."""
         if self.places is None:
             self.places = pixels(info)
+            self.size = (info.height, info.width)
             share = self.places[1].mean()
             if share < 0.95:
                 self.get_logger().warning(
@@ -123,6 +130,11 @@ class RobotBridge(Node):
             self.get_logger().warning("no camera_info yet", throttle_duration_sec=5.0)
             return
         try:
+            if (large.height, large.width) != self.size:
+                raise ValueError(
+                    f"an image of {large.width} x {large.height}: expected"
+                    f" {self.size[1]} x {self.size[0]}, as camera_info says"
+                )
             seen = colours(large)
         except ValueError as error:
             self.get_logger().error(str(error), throttle_duration_sec=5.0)
@@ -142,6 +154,7 @@ class RobotBridge(Node):
         q = pose.orientation
         yaw = math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
         self.pose = (pose.position.x, pose.position.y, yaw)
+        self.seen_at = self.get_clock().now()
 
     def on_action(self, command: ActionCommand) -> None:
         """Takes a command, unless the robot moves or the command answers an old image."""
@@ -165,9 +178,12 @@ class RobotBridge(Node):
         x, y, yaw = self.pose
         velocity = Twist()
         error = math.remainder(self.heading - yaw, math.tau)
-        elapsed_s = (self.get_clock().now() - self.began).nanoseconds / 1e9
-        if elapsed_s > self.longest_s:
-            # Something is in the way. The agent sees that nothing has changed, and tries another.
+        now = self.get_clock().now()
+        is_late = (now - self.began).nanoseconds > 1e9 * self.longest_s
+        is_lost = (now - self.seen_at).nanoseconds > 0.5e9
+        if is_late or is_lost:
+            # Something is in the way, or nobody knows where the robot is. The agent sees where it
+            # stands now, and decides anew.
             self.heading = None
             self.settled = self.get_clock().now()
         elif self.start is None and abs(error) > 0.02:

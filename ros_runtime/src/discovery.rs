@@ -105,6 +105,16 @@ impl Discovery {
     }
 }
 
+/// Says once what cannot be followed: RustDDS finds others by multicast only.
+pub(crate) fn warn_of_static_peers() {
+    let peers = std::env::var("ROS_STATIC_PEERS").unwrap_or_default();
+    if !peers.is_empty() {
+        log::warn!(
+            "ROS_STATIC_PEERS='{peers}' is not followed: others are found by multicast only"
+        );
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -11,27 +11,24 @@ use crate::diagnostics::{Level, Report};
 #[derive(Clone, Debug, Default)]
 pub struct Latencies {
     recent: Arc<Mutex<Recent>>,
-    usual: Arc<Mutex<Option<Usual>>>,
+    usual: Arc<Mutex<Option<Duration>>>,
 }
 
-/// How long an answer usually takes: a mean and a mean deviation, of which the latest answers count
-/// most, as TCP has them for its retransmissions (RFC 6298).
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Usual {
-    mean: Duration,
-    deviation: Duration,
-}
+/// By what an answer moves the [usual](Latencies::learn) latency.
+const STEP: f64 = 1.125;
+/// An answer that takes so many times what is usual is late.
+const LATE: u32 = 4;
 
 /// The answers since somebody asked last.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Recent {
-    answers: u32,
+    answers: u64,
     sum: Duration,
     longest: Duration,
 }
 
 impl Latencies {
-    /// An answer took so long.
+    /// An answer took so long, from the request to the moment when somebody waited for it and had it.
     pub(crate) fn record(&self, latency: Duration) {
         let mut recent = self.recent.lock().expect("nothing panics while it holds this lock");
         recent.answers += 1;
@@ -39,22 +36,21 @@ impl Latencies {
         recent.longest = recent.longest.max(latency);
     }
 
-    /// Learns from a request that was answered without being repeated.
+    /// Learns what is usual: the median, which each answer moves a little towards itself. As long as
+    /// most answers come at once, those that had to be asked for again do not count for more.
     pub(crate) fn learn(&self, latency: Duration) {
         let mut usual = self.usual.lock().expect("nothing panics while it holds this lock");
         *usual = Some(match *usual {
-            None => Usual { mean: latency, deviation: latency / 2 },
-            Some(Usual { mean, deviation }) => Usual {
-                mean: mean * 7 / 8 + latency / 8,
-                deviation: deviation * 3 / 4 + latency.abs_diff(mean) / 4,
-            },
+            None => latency,
+            Some(median) if latency > median => median.mul_f64(STEP),
+            Some(median) => median.div_f64(STEP),
         });
     }
 
     /// After how long an answer is so late that it was lost, if that is known yet.
     pub(crate) fn timeout(&self) -> Option<Duration> {
         let usual = *self.usual.lock().expect("nothing panics while it holds this lock");
-        usual.map(|Usual { mean, deviation }| mean + 4 * deviation)
+        usual.map(|median| LATE * median)
     }
 
     /// The answers since the last report.
@@ -62,16 +58,16 @@ impl Latencies {
         let mut recent = self.recent.lock().expect("nothing panics while it holds this lock");
         let Recent { answers, sum, longest } = std::mem::take(&mut *recent);
         if answers == 0 {
-            let message = "no answer in the last second".to_owned();
+            let message = "no answer since the last report".to_owned();
             return Report { level: Level::Stale, message, values: Vec::new() };
         }
         let microseconds = |duration: Duration| format!("{:.0}", duration.as_secs_f64() * 1e6);
         Report {
             level: Level::Ok,
-            message: format!("{answers} answers in the last second"),
+            message: format!("{answers} answers since the last report"),
             values: vec![
                 ("answers", answers.to_string()),
-                ("mean latency, us", microseconds(sum / answers)),
+                ("mean latency, us", microseconds(sum.div_f64(answers as f64))),
                 ("longest latency, us", microseconds(longest)),
             ],
         }
@@ -87,13 +83,24 @@ mod tests {
         let milliseconds = Duration::from_millis;
         let latencies = Latencies::default();
         assert_eq!(latencies.timeout(), None);
-        latencies.learn(milliseconds(8));
-        assert_eq!(latencies.timeout(), Some(milliseconds(24)));
-        // The steadier, the sooner; a network that has become slow is believed soon.
-        (0..50).for_each(|_| latencies.learn(milliseconds(8)));
-        assert!(latencies.timeout().unwrap() < milliseconds(9));
-        (0..20).for_each(|_| latencies.learn(milliseconds(200)));
-        assert!(latencies.timeout().unwrap() > milliseconds(200));
+        let learn = |latency, times| (0..times).for_each(|_| latencies.learn(latency));
+        learn(milliseconds(8), 50);
+        let about = |wanted: Duration| {
+            let found = latencies.timeout().unwrap();
+            assert!(wanted * 3 / 4 < found && found < wanted * 4 / 3, "{found:?} {wanted:?}");
+        };
+        about(milliseconds(32));
+        // A third of them late, as where messages are lost, changes little.
+        for _ in 0..30 {
+            learn(milliseconds(300), 1);
+            learn(milliseconds(8), 2);
+        }
+        assert!(latencies.timeout().unwrap() < milliseconds(50));
+        // A network that has become slow is believed, and one that has become fast again.
+        learn(milliseconds(200), 60);
+        about(milliseconds(800));
+        learn(milliseconds(2), 60);
+        about(milliseconds(8));
     }
 
     #[test]

@@ -8,6 +8,7 @@
 //!   off the command line before the program parses what is its own.
 //! - [`discovery`]: `ROS_DOMAIN_ID`, `ROS_AUTOMATIC_DISCOVERY_RANGE`, `ROS_LOCALHOST_ONLY`: which
 //!   domain a participant joins, and on which networks.
+//! - [`rmw`]: `RMW_IMPLEMENTATION`: how the others map services to DDS.
 //! - [`names`]: relative and private names, namespaces and remapping.
 //! - [`parameters`]: typed declaration with descriptions and ranges, files in YAML, the services
 //!   that `ros2 param` talks to.
@@ -31,6 +32,7 @@ pub mod logging;
 pub mod names;
 pub mod node;
 pub mod parameters;
+pub mod rmw;
 pub mod server;
 pub mod service;
 pub mod shutdown;

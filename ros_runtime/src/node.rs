@@ -10,7 +10,7 @@ use futures::{Stream, stream};
 use log::{debug, warn};
 pub use ros2_client::Subscription;
 use ros2_client::{
-    Context, Message, Name, NodeName, NodeOptions, Server, ServiceMapping, ServiceTypeName,
+    Context, Message, Name, NodeName, NodeOptions, Server, ServiceTypeName,
     error::WriteError,
     parameters::raw,
     qos::{Durability, History, QosProfile, WhenFull},
@@ -21,12 +21,13 @@ use tokio::{runtime::Runtime, sync::watch};
 use crate::{
     arguments::Arguments,
     diagnostics::Diagnostics,
-    discovery::{Discovery, DiscoveryError},
+    discovery::{self, Discovery, DiscoveryError},
     graph::Graph,
     latency::Latencies,
     logging,
     names::{InvalidName, Naming},
     parameters::{ParameterFileError, ParameterServices, Parameters},
+    rmw::{Rmw, UnknownRmw},
     server::ServiceServer,
     service::{ServiceClient, SharedNode, create_client, services},
     shutdown::Shutdown,
@@ -39,6 +40,9 @@ pub enum NodeError {
     /// The environment is wrong, or DDS does not start.
     #[error(transparent)]
     Discovery(#[from] DiscoveryError),
+    /// The middleware is none that can be spoken with.
+    #[error(transparent)]
+    Rmw(#[from] UnknownRmw),
     /// A name is none.
     #[error(transparent)]
     Name(#[from] InvalidName),
@@ -108,10 +112,12 @@ impl Node {
         arguments: &Arguments,
         discovery: Discovery,
     ) -> Result<Node, NodeError> {
+        let rmw = Rmw::from_environment()?;
         let naming = Naming::new(default_name, &arguments.remaps)?;
         // rcl names a node's logger by its dotted full name.
         let logger = naming.fully_qualified().trim_start_matches('/').replace('/', ".");
         logging::start(&logger, arguments);
+        discovery::warn_of_static_peers();
         let parameters = Parameters::new(&naming, arguments)?;
         let participant = discovery.participant()?;
         // One thread for signals, timers, the graph and the parameter services.
@@ -135,7 +141,7 @@ impl Node {
             .allow_undeclared_parameters(true);
         let node = context.new_node(name, options).map_err(endpoint(&what))?;
         logging::publish_to(node.logging_handle());
-        let node = Arc::new(Mutex::new(node));
+        let node = SharedNode::new(node, rmw.service_mapping());
         let diagnostics = Diagnostics::default();
         Ok(Node { runtime, node, naming, parameters, diagnostics, graph, shutdown })
     }
@@ -248,7 +254,8 @@ impl Node {
         self.publish_parameter_events();
         let publisher = self.create_publisher("/diagnostics", reliable(10))?;
         let diagnostics = self.diagnostics.clone();
-        self.runtime.spawn(diagnostics.serve(self.naming.node.clone(), publisher));
+        let name = self.naming.fully_qualified().trim_start_matches('/').to_owned();
+        self.runtime.spawn(diagnostics.serve(name, publisher));
         Ok(())
     }
 
@@ -258,9 +265,12 @@ impl Node {
         let (mut changes, node) = (self.parameters.listen(), self.node.clone());
         self.runtime.spawn(async move {
             while let Some((name, value)) = changes.recv().await {
+                // From then on ros2-client would take its time from a Spinner, which nobody runs.
+                if name == "use_sim_time" {
+                    continue;
+                }
                 let value = raw::ParameterValue::from(value).into();
-                let node = node.lock().expect("nothing panics while it holds this lock");
-                if let Err(reason) = node.set_parameter(&name, value) {
+                if let Err(reason) = node.lock().set_parameter(&name, value) {
                     warn!("/parameter_events: the change of {name} is not told: {reason}");
                 }
             }
@@ -279,14 +289,14 @@ impl Node {
         let name = self.naming.resolve(&format!("~/{name}"))?;
         let dds_name = Name::parse(&name).map_err(endpoint(&name))?;
         let service_type = ServiceTypeName::new("rcl_interfaces", service_type);
-        let mapping = ServiceMapping::Enhanced;
+        let mapping = self.node.mapping;
         self.node()
             .create_server(mapping, &dds_name, &service_type, services(), services())
             .map_err(endpoint(&name))
     }
 
     fn node(&self) -> MutexGuard<'_, ros2_client::Node> {
-        self.node.lock().expect("nothing panics while it holds this lock")
+        self.node.lock()
     }
 
     fn topic<M: RosMessage>(
@@ -325,8 +335,7 @@ impl<M: RosMessage> Publisher<M> {
         name: String,
         topic: &rustdds::Topic,
     ) -> Result<Publisher<M>, NodeError> {
-        let mut node = node.lock().expect("nothing panics while it holds this lock");
-        let publisher = node.create_publisher(topic, None).map_err(endpoint(&name))?;
+        let publisher = node.lock().create_publisher(topic, None).map_err(endpoint(&name))?;
         let readers = graph.matches(publisher.guid());
         Ok(Publisher { name, publisher, readers, graph: graph.clone() })
     }

@@ -11,9 +11,9 @@ use std::{
 };
 
 use evac_msgs::RosService;
-use log::{debug, warn};
+use log::warn;
 pub use ros2_client::RmwRequestId as RequestId;
-use ros2_client::{Name, Server, ServiceMapping};
+use ros2_client::{Name, Server, error::WriteError};
 use tokio::time::timeout;
 
 use crate::service::{SharedNode, services};
@@ -59,14 +59,15 @@ impl<S: RosService> ServiceServer<S> {
     pub async fn answer(&self, id: RequestId, response: S::Response) {
         match timeout(SEND_TIMEOUT, self.server().async_send_response(id, response)).await {
             Ok(Ok(())) => {}
-            Ok(Err(error)) => warn!("an answer of {} could not be sent: {error}", self.name),
-            Err(_) => {
-                debug!("{}: a client has stopped reading; serving anew", self.name);
+            // The writer gives up after the same time, or a little sooner.
+            Ok(Err(WriteError::WouldBlock { .. })) | Err(_) => {
+                warn!("{}: a client has stopped reading its answers; serving anew", self.name);
                 match create::<S>(&self.node, &self.name) {
                     Ok(fresh) => *self.lock() = Arc::new(fresh),
                     Err(reason) => warn!("{} cannot be served anew: {reason}", self.name),
                 }
             }
+            Ok(Err(error)) => warn!("an answer of {} could not be sent: {error}", self.name),
         }
     }
 
@@ -84,8 +85,7 @@ fn create<S: RosService>(
     name: &str,
 ) -> Result<Server<S::Request, S::Response>, String> {
     let dds_name = Name::parse(name).map_err(|error| error.to_string())?;
-    let mut node = node.lock().expect("nothing panics while it holds this lock");
-    let mapping = ServiceMapping::Enhanced;
-    node.create_server(mapping, &dds_name, &S::type_name(), services(), services())
+    node.lock()
+        .create_server(node.mapping, &dds_name, &S::type_name(), services(), services())
         .map_err(|error| error.to_string())
 }

@@ -5,7 +5,7 @@
 //! its deadline passes. That is safe for services that recognise a repeated request.
 
 use std::{
-    sync::{Arc, Mutex},
+    sync::{Arc, Mutex, MutexGuard},
     time::Duration,
 };
 
@@ -29,7 +29,8 @@ use crate::{latency::Latencies, shutdown::Shutdown};
 const FIRST_WAIT: Duration = Duration::from_millis(250);
 /// The shortest first wait. A system that is busy may well hold an answer up for so long.
 const SHORTEST_WAIT: Duration = Duration::from_millis(20);
-/// The longest wait before a request is repeated.
+/// The longest wait before a request is repeated. An answer that takes longer than that would come to
+/// nobody: it is the repetition's that is waited for then.
 const LONGEST_WAIT: Duration = Duration::from_secs(2);
 
 /// Why a call has no answer.
@@ -154,8 +155,8 @@ impl<S: RosService> ServiceClient<S> {
     ) -> Result<S::Response, CallError> {
         let Call { request, mut sent, begun } = call;
         let start = Instant::now();
-        let mut wait = self.latencies.timeout().unwrap_or(FIRST_WAIT).max(SHORTEST_WAIT);
-        let mut is_first = true;
+        let usual = self.latencies.timeout().unwrap_or(FIRST_WAIT);
+        let mut wait = usual.clamp(SHORTEST_WAIT, LONGEST_WAIT);
         loop {
             let attempt = self.attempt(&request, sent.take());
             let end = match deadline {
@@ -163,13 +164,11 @@ impl<S: RosService> ServiceClient<S> {
                 None => Instant::now() + wait,
             };
             if let Ok(result) = timeout_at(end, attempt).await {
-                // An answer to a repeated request may be one to any of them.
-                if result.is_ok() && is_first {
+                if result.is_ok() {
                     self.latencies.learn(begun.elapsed());
                 }
                 return result;
             }
-            is_first = false;
             if let Some(deadline) = deadline.filter(|deadline| start.elapsed() >= *deadline) {
                 let seconds = deadline.as_secs_f64();
                 return Err(CallError::Deadline { service: self.name.clone(), seconds });
@@ -225,8 +224,23 @@ impl<S: RosService> ServiceClient<S> {
     }
 }
 
-/// The node that endpoints belong to; a client is made by it, and made anew.
-pub(crate) type SharedNode = Arc<Mutex<ros2_client::Node>>;
+/// The node that endpoints belong to: they are made by it, and made anew.
+#[derive(Clone)]
+pub(crate) struct SharedNode {
+    node: Arc<Mutex<ros2_client::Node>>,
+    /// How services are mapped to DDS.
+    pub(crate) mapping: ServiceMapping,
+}
+
+impl SharedNode {
+    pub(crate) fn new(node: ros2_client::Node, mapping: ServiceMapping) -> SharedNode {
+        SharedNode { node: Arc::new(Mutex::new(node)), mapping }
+    }
+
+    pub(crate) fn lock(&self) -> MutexGuard<'_, ros2_client::Node> {
+        self.node.lock().expect("nothing panics while it holds this lock")
+    }
+}
 
 /// A client for the service with this absolute name.
 pub(crate) fn create_client<S: RosService>(
@@ -234,9 +248,8 @@ pub(crate) fn create_client<S: RosService>(
     name: &str,
 ) -> Result<Client<S::Request, S::Response>, String> {
     let dds_name = Name::parse(name).map_err(|error| error.to_string())?;
-    let mut node = node.lock().expect("nothing panics while it holds this lock");
-    let mapping = ServiceMapping::Enhanced;
-    node.create_client(mapping, &dds_name, &S::type_name(), services(), services())
+    node.lock()
+        .create_client(node.mapping, &dds_name, &S::type_name(), services(), services())
         .map_err(|error| error.to_string())
 }
 

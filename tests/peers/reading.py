@@ -9,6 +9,7 @@ from typing import TypeVar
 from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState, WaitSet
 from cyclonedds.domain import Domain, DomainParticipant
 from cyclonedds.idl import IdlStruct
+from cyclonedds.pub import DataWriter
 from cyclonedds.qos import Policy, Qos
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
@@ -29,11 +30,17 @@ class Participant:
         self._participant = DomainParticipant(self.domain_id)
 
     def reader(
-        self, topic: str, kind: type[Sample], reliability: Policy = RELIABLE
+        self, topic: str, kind: type[Sample], reliability: Policy = RELIABLE, prefix: str = "rt"
     ) -> DataReader[Sample]:
-        """A reader of a topic, by its ROS name."""
+        """A reader of a topic, by its ROS name; without the prefix, by its name in DDS."""
         qos = Qos(reliability, Policy.History.KeepAll)
-        return DataReader(self._participant, Topic(self._participant, f"rt{topic}", kind), qos)
+        named = Topic(self._participant, f"{prefix}{topic}", kind)
+        return DataReader(self._participant, named, qos)
+
+    def writer(self, topic: str, kind: type[Sample]) -> DataWriter[Sample]:
+        """A reliable writer of a topic, by its name in DDS."""
+        qos = Qos(RELIABLE, Policy.History.KeepAll)
+        return DataWriter(self._participant, Topic(self._participant, topic, kind), qos)
 
     def samples(self, reader: DataReader[Sample], timeout_s: float) -> Iterator[Sample]:
         """What comes to a reader within a time."""

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from cyclonedds.idl import IdlStruct
-from cyclonedds.idl.types import float64, int32, int64, sequence, uint8, uint32
+from cyclonedds.idl.types import float32, float64, int32, int64, sequence, uint8, uint32, uint64
 
 
 @dataclass
@@ -95,3 +95,59 @@ class ParameterEvent(IdlStruct, typename="rcl_interfaces::msg::dds_::ParameterEv
     new_parameters: sequence[Parameter]
     changed_parameters: sequence[Parameter]
     deleted_parameters: sequence[Parameter]
+
+
+# Requests and answers begin with the header that rmw_cyclonedds puts before them.
+
+
+@dataclass
+class ResetRequest(IdlStruct, typename="evac_msgs::srv::dds_::Reset_Request_"):
+    """Asks for a new episode."""
+
+    client: uint64
+    sequence: int64
+    request: uint64
+    seed: uint64
+    scenario: str
+
+
+@dataclass
+class ResetResponse(IdlStruct, typename="evac_msgs::srv::dds_::Reset_Response_"):
+    """The new episode, and what the robot sees in it."""
+
+    client: uint64
+    sequence: int64
+    success: bool
+    status: uint8
+    message: str
+    episode: uint64
+    image: Image
+
+
+@dataclass
+class StepRequest(IdlStruct, typename="evac_msgs::srv::dds_::Step_Request_"):
+    """Asks for a step."""
+
+    client: uint64
+    sequence: int64
+    episode: uint64
+    step: uint32
+    action: uint8
+
+
+@dataclass
+class StepResponse(IdlStruct, typename="evac_msgs::srv::dds_::Step_Response_"):
+    """What came of a step."""
+
+    client: uint64
+    sequence: int64
+    success: bool
+    status: uint8
+    message: str
+    image: Image
+    reward: float32
+    terminated: bool
+    truncated: bool
+    blocked: bool
+    episode: uint64
+    step: uint32

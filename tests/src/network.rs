@@ -70,6 +70,28 @@ impl Network {
         Ok(Network { hosts, is_cut })
     }
 
+    /// Whether this machine and this process can have such a network; if not, what is missing.
+    pub fn is_possible() -> Result<(), String> {
+        let is_there = |program: &str| {
+            let run = Command::new(program).arg("--version").stdout(Stdio::null()).status();
+            run.is_ok_and(|status| status.success())
+        };
+        if !std::path::Path::new("/dev/net/tun").exists() {
+            return Err("there is no /dev/net/tun".into());
+        }
+        if !is_there("unshare") || !is_there("nsenter") {
+            return Err("there is no util-linux".into());
+        }
+        if Command::new("ip").arg("-V").stdout(Stdio::null()).status().is_err() {
+            return Err("there is no iproute2".into());
+        }
+        let apart = Command::new("unshare").args(["--net", "true"]).stderr(Stdio::null()).status();
+        match apart.is_ok_and(|status| status.success()) {
+            true => Ok(()),
+            false => Err("this process may not make network namespaces: it is not root's".into()),
+        }
+    }
+
     /// The hosts.
     pub fn hosts(&self) -> &[Host; 2] {
         &self.hosts

@@ -58,6 +58,8 @@ pub fn binary(name: &str) -> PathBuf {
 pub struct Nodes {
     domain_id: u16,
     processes: HashMap<String, Process>,
+    /// What the environment of every process has besides.
+    variables: Vec<(String, String)>,
     directory: tempfile::TempDir,
     started: u32,
     _turn: MutexGuard<'static, ()>,
@@ -81,6 +83,7 @@ impl Nodes {
         Nodes {
             domain_id: domain_id as u16,
             processes: HashMap::new(),
+            variables: Vec::new(),
             directory: tempfile::tempdir().expect("a temporary directory"),
             started: 0,
             _turn: turn,
@@ -92,12 +95,18 @@ impl Nodes {
         self.directory.path().join(name)
     }
 
+    /// Sets a variable in the environment of everything that is started from now on.
+    pub fn set_variable(&mut self, name: &str, value: &str) {
+        self.variables.push((name.to_owned(), value.to_owned()));
+    }
+
     /// A command in this domain.
     pub fn command(&self, program: impl AsRef<std::ffi::OsStr>) -> Command {
         let mut command = Command::new(program);
         command
             .env("ROS_DOMAIN_ID", self.domain_id.to_string())
             .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+            .envs(self.variables.iter().map(|(name, value)| (name, value)))
             .stdin(Stdio::null());
         command
     }
@@ -256,6 +265,15 @@ impl Nodes {
         while !self.log(name).contains(text) {
             let log = self.log(name);
             assert!(Instant::now() < end, "{name} never says '{text}':\n{log}");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    /// Waits until a node has done something.
+    pub fn wait_until(&mut self, name: &str, is_done: impl Fn() -> bool) {
+        let end = Instant::now() + PATIENCE;
+        while !is_done() {
+            assert!(Instant::now() < end, "{name} does nothing:\n{}", self.log(name));
             std::thread::sleep(Duration::from_millis(5));
         }
     }

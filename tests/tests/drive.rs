@@ -1,6 +1,10 @@
 //! Deployment: a trained policy drives a robot by nothing but images, whatever the robot does.
 
-use std::{fs, path::PathBuf, time::Duration};
+use std::{
+    fs,
+    path::PathBuf,
+    time::{Duration, Instant},
+};
 
 use evac_msgs::{
     ActionCommand, EpisodeStatus, Image, Time,
@@ -76,17 +80,20 @@ fn a_policy_drives_by_images_alone_and_survives_what_happens_to_the_robot() {
     while over < EPISODES {
         let status = next(&node, &episodes);
         let now = nanoseconds(status.header.stamp);
-        while let Ok(Some((command, _))) = commands.take() {
-            assert!(!command.sent_by_service);
-            given.push(command);
-        }
         // The first status may be of a step that was made before anybody listened.
         if status.step > 0 && settled < i64::MAX {
-            let answers = |command: &&ActionCommand| {
+            let answers = |command: &ActionCommand| {
                 let stamp = nanoseconds(command.header.stamp);
                 command.action == status.action && (settled..now).contains(&stamp)
             };
-            assert!(given.iter().any(|c| answers(&c)), "{status:?} at {settled}: {given:?}");
+            // The command may come after its effect: they are two topics.
+            while !given.iter().any(answers) {
+                let command = next(&node, &commands);
+                assert!(!command.sent_by_service);
+                let stamp = nanoseconds(command.header.stamp);
+                assert!(stamp < now, "{status:?} answers nothing after {settled}: {given:?}");
+                given.push(command);
+            }
         }
         settled = now;
         given.retain(|command| nanoseconds(command.header.stamp) >= settled);
@@ -99,8 +106,10 @@ fn a_policy_drives_by_images_alone_and_survives_what_happens_to_the_robot() {
     let reports =
         node.create_subscription::<DiagnosticArray>("/diagnostics", reliable(10)).unwrap();
     nodes.kill("sim_node");
-    nodes.wait_for_log("agent_node", "driving nowhere");
+    nodes.wait_for_log("agent_node", "no new image");
+    let end = Instant::now() + PATIENCE;
     let driver = loop {
+        assert!(Instant::now() < end, "the driver never reports that it waits");
         let mut parts = next(&node, &reports).status.into_iter();
         let driver = parts.find(|part| part.name == "agent_node: driver");
         if let Some(driver) = driver.filter(|driver| driver.level != DiagnosticStatus::OK) {
@@ -115,7 +124,9 @@ fn a_policy_drives_by_images_alone_and_survives_what_happens_to_the_robot() {
     let mut other = nodes.client();
     let publisher = other.create_publisher::<Image>("camera/image", reliable(1)).unwrap();
     let large = Image { width: 640, height: 480, encoding: "bgr8".into(), ..Image::default() };
+    let end = Instant::now() + PATIENCE;
     while !nodes.log("agent_node").contains("640 x 480") {
+        assert!(Instant::now() < end, "{}", nodes.log("agent_node"));
         publisher.publish_with(|| large.clone());
         std::thread::sleep(Duration::from_millis(10));
     }

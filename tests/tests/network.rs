@@ -1,6 +1,6 @@
 //! The two nodes on two hosts, and a network between them that loses, repeats, delays and reorders.
 //!
-//! These tests need root, Linux's TAP devices, util-linux and iproute2; where one of them is missing
+//! These tests need root, Linux's TAP devices, util-linux and iproute2; where one of them is not there
 //! they say so and pass.
 
 use std::{path::Path, time::Duration};
@@ -16,13 +16,11 @@ const MAX_STEPS: u32 = 60;
 const SEED: u64 = 5;
 
 fn network(faults: Faults) -> Option<Network> {
-    match Network::new(faults, 1) {
-        Ok(network) => Some(network),
-        Err(error) => {
-            eprintln!("SKIPPED: no network of our own on this machine: {error:#}");
-            None
-        }
+    if let Err(reason) = Network::is_possible() {
+        eprintln!("SKIPPED: no network of our own on this machine: {reason}");
+        return None;
     }
+    Some(Network::new(faults, 1).expect("two hosts"))
 }
 
 fn train(nodes: &mut Nodes, network: &Network, out: &Path, episodes: u32) {
@@ -69,9 +67,7 @@ fn a_training_goes_on_after_ten_seconds_without_a_network() {
     let out = nodes.path("run");
     train(&mut nodes, &network, &out, EPISODES);
     // It is made when the training begins.
-    while !out.join("tensorboard").exists() {
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    nodes.wait_until("agent_node", || out.join("tensorboard").exists());
     for _ in 0..2 {
         network.set_cut(true);
         std::thread::sleep(Duration::from_secs(10));

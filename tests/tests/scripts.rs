@@ -70,6 +70,29 @@ fn train_and_evaluate_leave_their_files() {
         assert!(evaluation.get(key).is_some(), "{key} is missing");
     }
 
+    // As in a terminal, until somebody has seen enough.
+    let mut drive = nodes.command(repository().join("launch_scripts/drive.sh"));
+    let log = nodes.path("drive.log");
+    drive.process_group(0).args(["--model", directory, "--motion-time", "0.02"]);
+    let file = fs::File::create(&log).expect("a log");
+    let mut child = drive.stderr(file).spawn().expect("the script runs");
+    let text = || fs::read_to_string(&log).unwrap_or_default();
+    let end = Instant::now() + PATIENCE;
+    while !text().contains("there are images") {
+        assert!(Instant::now() < end, "{}", text());
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let group = format!("-{}", child.id());
+    assert!(
+        Command::new("kill")
+            .args(["-s", "INT", "--", &group])
+            .status()
+            .expect("kill runs")
+            .success()
+    );
+    assert_eq!(child.wait().expect("it is our child").code(), Some(0), "{}", text());
+    assert!(text().contains("images were seen"), "{}", text());
+
     for (name, arguments, expected) in [
         ("train.sh", &["--nonsense"][..], "unknown option '--nonsense'"),
         ("train.sh", &["--seed"], "--seed needs a value"),
@@ -77,6 +100,7 @@ fn train_and_evaluate_leave_their_files() {
         ("bench.sh", &["--out"], "--out needs a value"),
         ("reproduce.sh", &["--seeds", "0"], "--seeds is '0': expected 1 to 99"),
         ("ablation.sh", &["--jobs"], "--jobs needs a value"),
+        ("drive.sh", &["--model", "/nowhere"], "no trained model in /nowhere"),
         ("evaluate.sh", &[], "which model?"),
         ("evaluate.sh", &["--model", "/nowhere"], "no trained model in /nowhere"),
     ] {

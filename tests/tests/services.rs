@@ -180,3 +180,30 @@ fn parameters_are_listed_and_their_services_refuse_bad_values() {
     let seed = set("seed", ParameterValue::Integer(3));
     assert!(seed.expect("an answer").unwrap_err().contains("read-only"));
 }
+
+/// DDS counts a client that was killed for some 50 s, and keeps at most 8,192 answers for it.
+#[test]
+fn a_client_that_was_killed_does_not_silence_the_server() {
+    const STEPS: u32 = 10_000;
+    let mut nodes = Nodes::new();
+    nodes.start_simulator(&["max_steps:=1000000"]);
+    let out = format!("out:='{}'", nodes.path("run").display());
+    nodes.start_agent("train", &[&out, "preset:=paper", "episodes:=100000"]);
+    nodes.wait_for_steps(20);
+    nodes.kill("agent_node");
+    let client = Client::new(&nodes);
+    let mut episode = client.reset(1, 1, "");
+    let (mut requests, mut step) = (1, 0);
+    for _ in 0..STEPS {
+        step += 1;
+        let moved = client.step(episode.episode, step, (step % 7) as u8);
+        assert_eq!(moved.status, status::OK, "{}", moved.message);
+        if moved.terminated {
+            requests += 1;
+            episode = client.reset(requests, requests, "");
+            step = 0;
+        }
+    }
+    let log = nodes.log("sim_node");
+    assert!(log.contains("serving anew"), "the window was never full:\n{log}");
+}

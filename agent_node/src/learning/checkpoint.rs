@@ -441,12 +441,13 @@ impl<'a> File<'a> {
     fn state(&self) -> Result<State, LoadError> {
         let sealed = self.metadata.get(METADATA_KEY);
         let sealed = sealed.ok_or_else(|| self.damaged("it is no checkpoint"))?;
-        // The version comes first in the state, and before version 4 nothing came before it.
-        let Some((written, state)) = sealed.split_once(' ').filter(|_| !sealed.starts_with('{'))
-        else {
+        // Before version 4 there was no checksum before the state.
+        if sealed.starts_with('{') {
             let reason = format!("it is of a version before {VERSION}");
             return Err(does_not_fit(self.path, reason));
-        };
+        }
+        let (written, state) =
+            sealed.split_once(' ').ok_or_else(|| self.damaged("it has no checksum"))?;
         let state_is: State = serde_json::from_str(state).map_err(|error| self.damaged(error))?;
         let mut views: Vec<_> = self.tensors.iter().collect();
         views.sort_by_key(|(name, _)| *name);

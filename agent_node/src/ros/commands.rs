@@ -1,12 +1,6 @@
 //! What the program does over DDS: train and evaluate; and the seeds of a test.
 
-use std::{
-    collections::BTreeMap,
-    fs,
-    num::NonZeroU64,
-    path::{Path, PathBuf},
-    time::Duration,
-};
+use std::{collections::BTreeMap, fs, num::NonZeroU64, path::Path, time::Duration};
 
 use anyhow::Context;
 use evac_msgs::TrainingStatus;
@@ -23,7 +17,9 @@ use super::{
     escapes,
     ground_truth::GroundTruth,
     name_in,
-    parameters::{Defaults, count, declare, model_settings, scenario, training_settings},
+    parameters::{
+        Defaults, count, declare, model_directory, model_settings, scenario, training_settings,
+    },
     publishers::publish_status,
     simulator::{Connection, Simulator},
 };
@@ -228,14 +224,7 @@ pub fn evaluate(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<
     let oracle = oracle.map(read_oracle).transpose()?;
     let mut node = Node::new("agent_node", arguments)?;
     let parameters = node.parameters().clone();
-    let model = declare(
-        &parameters,
-        "model",
-        String::new(),
-        "the directory of a training, with model.safetensors and config.yaml",
-    )?;
-    anyhow::ensure!(!model.is_empty(), "parameter 'model' is missing: give -p model:=DIRECTORY");
-    let model = PathBuf::from(model);
+    let model = model_directory(&parameters)?;
     let defaults = Defaults::of_model(&model)?;
     let (_, settings) = model_settings(&parameters, &defaults)?;
     let scenario = scenario(&parameters, &defaults)?;

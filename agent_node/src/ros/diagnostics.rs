@@ -76,14 +76,14 @@ pub(super) struct DriverState(Arc<Mutex<Drive>>);
 pub(super) struct Drive {
     pub(super) images: u64,
     pub(super) commands: u64,
-    /// Images that came late, twice, or while the robot moved.
+    /// Images that came late, twice, while the robot moved, or while nobody heard the commands.
     pub(super) ignored: u64,
     /// Messages that are no image of this camera.
     pub(super) unreadable: u64,
-    /// When the latest image came; none if that is too long ago.
+    /// When the latest new image came; none if that is too long ago.
     pub(super) latest: Option<Instant>,
-    /// Whether somebody hears the commands.
-    pub(super) is_heard: bool,
+    /// Whether somebody hears the commands, as far as anybody has looked.
+    pub(super) is_heard: Option<bool>,
 }
 
 impl DriverState {
@@ -105,8 +105,8 @@ impl Drive {
     fn report(&self) -> Report {
         let (level, message) = match (self.latest, self.is_heard) {
             (None, _) => (Level::Warn, "waiting for images, and driving nowhere"),
-            (Some(_), false) => (Level::Warn, "nobody hears the commands: driving nowhere"),
-            (Some(_), true) => (Level::Ok, "driving"),
+            (Some(_), Some(true)) => (Level::Ok, "driving"),
+            (Some(_), _) => (Level::Warn, "nobody hears the commands: driving nowhere"),
         };
         let age = self.latest.map(|latest| format!("{:.3}", latest.elapsed().as_secs_f64()));
         Report {

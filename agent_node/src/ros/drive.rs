@@ -1,9 +1,6 @@
 //! Deployment: the agent hears only `camera/image` and says only `action`.
 
-use std::{
-    path::PathBuf,
-    time::{Duration, Instant},
-};
+use std::time::{Duration, Instant};
 
 use evac_msgs::{ActionCommand, Header, Image as ImageMessage, QValues, Time};
 use log::{debug, info, warn};
@@ -15,7 +12,7 @@ use ros_runtime::{
 
 use super::{
     diagnostics::DriverState,
-    parameters::{Defaults, declare, model_settings},
+    parameters::{Defaults, declare, model_directory, model_settings},
     simulator::image,
 };
 use crate::{
@@ -31,14 +28,7 @@ use crate::{
 pub fn drive(arguments: &Arguments) -> anyhow::Result<()> {
     let mut node = Node::new("agent_node", arguments)?;
     let parameters = node.parameters().clone();
-    let model = declare(
-        &parameters,
-        "model",
-        String::new(),
-        "the directory of a training, with model.safetensors and config.yaml",
-    )?;
-    anyhow::ensure!(!model.is_empty(), "parameter 'model' is missing: give -p model:=DIRECTORY");
-    let model = PathBuf::from(model);
+    let model = model_directory(&parameters)?;
     let (_, settings) = model_settings(&parameters, &Defaults::of_model(&model)?)?;
     let settle_time = parameters.declare(
         "settle_time",
@@ -66,17 +56,18 @@ pub fn drive(arguments: &Arguments) -> anyhow::Result<()> {
     let images = node.create_subscription::<ImageMessage>("camera/image", best_effort(1))?;
     let actions = node.create_publisher("action", reliable(1))?;
     let q_values = node.create_publisher("q_values", reliable(10))?;
-    let mut wheel = Wheel { driver, actions, q_values, state };
-    info!("waiting for images on {}", node.naming().resolve("camera/image")?);
     let timeout = Duration::from_secs_f64(image_timeout);
+    let mut wheel = Wheel { driver, actions, q_values, state, timeout };
+    info!("waiting for images on {}", node.naming().resolve("camera/image")?);
     let shutdown = node.shutdown().clone();
     node.block_on(shutdown.unless_requested(async {
         loop {
             match tokio::time::timeout(timeout, images.async_take()).await {
                 Ok(Ok((message, _))) => wheel.turn(&message),
                 Ok(Err(error)) => warn!("an image cannot be read: {error}"),
-                Err(_) => wheel.wait(image_timeout),
+                Err(_) => {}
             }
+            wheel.notice_silence();
         }
     }));
     let drive = *wheel.state.drive();
@@ -90,13 +81,17 @@ struct Wheel {
     actions: Publisher<ActionCommand>,
     q_values: Publisher<QValues>,
     state: DriverState,
+    /// How long there may be no new image.
+    timeout: Duration,
 }
 
 impl Wheel {
-    /// There was no image for so many seconds.
-    fn wait(&mut self, seconds: f64) {
-        if self.state.drive().latest.take().is_some() {
-            warn!("no image for {seconds} s: waiting, and driving nowhere");
+    /// Says so if there was no new image for a while, whatever else came.
+    fn notice_silence(&mut self) {
+        let mut drive = self.state.drive();
+        if drive.latest.take_if(|latest| latest.elapsed() >= self.timeout).is_some() {
+            let seconds = self.timeout.as_secs_f64();
+            warn!("no new image for {seconds} s: waiting, and driving nowhere");
         }
     }
 
@@ -114,27 +109,26 @@ impl Wheel {
             }
         };
         drive.images += 1;
-        if drive.latest.replace(Instant::now()).is_none() {
-            info!("there are images");
-        }
         let is_heard = self.actions.has_readers();
-        if std::mem::replace(&mut drive.is_heard, is_heard) != is_heard {
+        if drive.is_heard.replace(is_heard) != Some(is_heard) {
             match is_heard {
                 true => info!("somebody hears the commands"),
                 false => warn!("nobody hears the commands: waiting, and driving nowhere"),
             }
         }
-        // To answer an image that nobody hears the answer of would be to believe in a move.
-        if !is_heard {
-            return;
-        }
         let stamp = message.header.stamp;
-        let decision = match self.driver.see(since_epoch(stamp), seen) {
-            Reaction::Drive(decision) => decision,
-            ignored => {
-                drive.ignored += 1;
-                return debug!("the image of {stamp:?} is not answered: {ignored:?}");
-            }
+        // To answer an image that nobody hears the answer of would be to believe in a move.
+        let reaction = is_heard.then(|| self.driver.see(since_epoch(stamp), seen));
+        if reaction == Some(Reaction::Late) {
+            drive.ignored += 1;
+            return debug!("the image of {stamp:?} comes late, or for the second time");
+        }
+        if drive.latest.replace(Instant::now()).is_none() {
+            info!("there are images");
+        }
+        let Some(Reaction::Drive(decision)) = reaction else {
+            drive.ignored += 1;
+            return;
         };
         drive.commands += 1;
         drop(drive);

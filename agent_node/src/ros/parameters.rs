@@ -1,6 +1,9 @@
 //! The node's parameters: every option of the scripts and every number of a preset.
 
-use std::{collections::BTreeMap, path::Path};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
 
 use anyhow::{Context, anyhow};
 use ros_runtime::parameters::{
@@ -69,6 +72,14 @@ fn number(
     description: &str,
 ) -> Result<f64, ParameterError> {
     parameters.declare(name, default, Descriptor::read_only(description).range(limits))
+}
+
+/// Declares `model`: the directory of a training.
+pub(super) fn model_directory(parameters: &Parameters) -> anyhow::Result<PathBuf> {
+    let description = "the directory of a training, with model.safetensors and config.yaml";
+    let model = declare(parameters, "model", String::new(), description)?;
+    anyhow::ensure!(!model.is_empty(), "parameter 'model' is missing: give -p model:=DIRECTORY");
+    Ok(PathBuf::from(model))
 }
 
 /// Declares `scenario`.

@@ -1,6 +1,6 @@
 //! The node's loop: requests and commands in, answers and images out.
 
-use std::{collections::VecDeque, pin::pin, sync::Arc, time::Duration};
+use std::{pin::pin, sync::Arc, time::Duration};
 
 use anyhow::Context;
 use evac_msgs::{ActionCommand, Reset, Step, reset, step};
@@ -10,12 +10,14 @@ use ros_runtime::{
     Arguments, Node,
     node::reliable,
     parameters::{Descriptor, ParameterValue, Parameters},
+    server::RequestId,
 };
 use tokio::time::{Instant, Interval, MissedTickBehavior, interval};
 
 use super::{
     declare_room,
     diagnostics::Counters,
+    messages::nanoseconds,
     parameters::{DeploymentParameters, layout},
     publishers::{Pace, Publishers, until},
     session::{ClientId, Executed, Session},
@@ -61,29 +63,21 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let mut command_stream = pin!(commands.async_stream());
         let mut arrivals = pin!(publishers.arrivals().fuse());
         let mut frames = deployment.frames();
-        // Requests of a step that the robot is still busy with.
-        let mut moves = VecDeque::new();
-        let motion_time = Duration::from_secs_f64(deployment.motion_time);
         loop {
             let mut step_request = pin!(steps.next_request().fuse());
             let mut reset_request = pin!(resets.next_request().fuse());
-            let move_end = moves.front().map(|(end, _, _)| *end);
-            let mut move_ends = pin!(until(move_end).fuse());
+            let mut step_ends = pin!(until(room.step_end()).fuse());
             let mut motion_ends = pin!(until(room.motion_end()).fuse());
             let mut drawing_due = pin!(until(room.pace.due()).fuse());
             let mut frame_due = pin!(next(&mut frames).fuse());
             select! {
                 (id, request) = step_request => {
-                    if motion_time.is_zero() {
-                        let (response, executed) = room.step(&request);
+                    if let Some((response, executed)) = room.step(id, request) {
                         steps.answer(id, response).await;
                         room.publish_if_any(executed);
-                    } else {
-                        moves.push_back((Instant::now() + motion_time, id, request));
                     }
                 },
-                () = move_ends => if let Some((_, id, request)) = moves.pop_front() {
-                    let (response, executed) = room.step(&request);
+                () = step_ends => if let Some((id, response, executed)) = room.finish_step() {
                     steps.answer(id, response).await;
                     room.publish_if_any(executed);
                 },
@@ -108,6 +102,16 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     .and_then(|()| Ok(shutdown.check()?))
 }
 
+/// The answer to a request of `/step`, and what is to be published.
+type Answer = (step::Response, Option<Executed>);
+
+/// A step by `/step` that takes its time.
+struct PendingStep {
+    end: Instant,
+    id: RequestId,
+    request: step::Request,
+}
+
 /// The room at work: what is asked of the session, and what is published of it.
 struct Room<'a> {
     session: Session,
@@ -115,8 +119,11 @@ struct Room<'a> {
     parameters: &'a Parameters,
     deployment: &'a DeploymentParameters,
     counters: Arc<Counters>,
-    /// Where the clock on the wall says 0.
+    /// When the clock on the wall began, and at what.
     started: Instant,
+    start: Duration,
+    /// The step by `/step` that the robot is taking.
+    pending: Option<PendingStep>,
     pace: Pace,
     /// Episodes that `/action` has brought to an end, and those of them that were escapes.
     driven: u32,
@@ -132,6 +139,7 @@ impl<'a> Room<'a> {
         counters: Arc<Counters>,
     ) -> Room<'a> {
         session.set_motion_time((deployment.motion_time * 1e9).round() as u64);
+        let start = nanoseconds(session.now());
         Room {
             session,
             publishers,
@@ -139,6 +147,8 @@ impl<'a> Room<'a> {
             deployment,
             counters,
             started: Instant::now(),
+            start: Duration::from_nanos(start),
+            pending: None,
             pace: Pace::default(),
             driven: 0,
             escaped: 0,
@@ -147,11 +157,31 @@ impl<'a> Room<'a> {
 
     fn look_at_the_clock(&mut self) {
         if self.deployment.is_in_real_time() {
-            self.session.set_wall_time(self.started.elapsed().as_nanos() as u64);
+            self.session.set_wall_time((self.start + self.started.elapsed()).as_nanos() as u64);
         }
     }
 
-    fn step(&mut self, request: &step::Request) -> (step::Response, Option<Executed>) {
+    /// The answer to a request of `/step`; none if there will be one at the end of the move.
+    fn step(&mut self, id: RequestId, request: step::Request) -> Option<Answer> {
+        let motion_time = Duration::from_secs_f64(self.deployment.motion_time);
+        if motion_time.is_zero() || !self.session.is_move(&request) {
+            return Some(self.execute_step(&request));
+        }
+        match &mut self.pending {
+            None => {
+                self.pending = Some(PendingStep { end: Instant::now() + motion_time, id, request });
+                None
+            }
+            // Asked for again: it is the new request that is waited for.
+            Some(pending) if pending.request == request => {
+                pending.id = id;
+                None
+            }
+            Some(_) => Some((self.session.busy(), None)),
+        }
+    }
+
+    fn execute_step(&mut self, request: &step::Request) -> Answer {
         self.look_at_the_clock();
         let (response, executed) = self.session.step(request);
         if !response.success {
@@ -161,12 +191,25 @@ impl<'a> Room<'a> {
         (response, executed)
     }
 
+    /// When the step that the robot is taking ends.
+    fn step_end(&self) -> Option<Instant> {
+        self.pending.as_ref().map(|pending| pending.end)
+    }
+
+    fn finish_step(&mut self) -> Option<(RequestId, step::Response, Option<Executed>)> {
+        let PendingStep { id, request, .. } = self.pending.take()?;
+        let (response, executed) = self.execute_step(&request);
+        Some((id, response, executed))
+    }
+
     fn reset(
         &mut self,
         client: ClientId,
         request: &reset::Request,
     ) -> anyhow::Result<(reset::Response, Option<Executed>)> {
         self.look_at_the_clock();
+        // Whoever waits for the end of a step asks again, and hears what has become of it.
+        self.pending = None;
         let default = self.read_parameters()?;
         let (response, executed) = self.session.reset(client, request, default);
         if !response.success {
@@ -190,7 +233,11 @@ impl<'a> Room<'a> {
 
     fn command(&mut self, command: &ActionCommand) -> anyhow::Result<()> {
         self.look_at_the_clock();
-        match self.session.command(command) {
+        let result = match self.pending {
+            Some(_) if !command.sent_by_service => Err(self.session.busy().message),
+            _ => self.session.command(command),
+        };
+        match result {
             Ok(None) => {}
             Ok(Some(executed)) => self.end_motion(executed)?,
             Err(reason) => {
@@ -203,7 +250,8 @@ impl<'a> Room<'a> {
 
     /// When the move that `/action` asked for ends.
     fn motion_end(&self) -> Option<Instant> {
-        self.session.motion_end().map(|end| self.started + Duration::from_nanos(end))
+        let end = Duration::from_nanos(self.session.motion_end()?);
+        Some(self.started + end.saturating_sub(self.start))
     }
 
     fn finish_motion(&mut self) -> anyhow::Result<()> {

@@ -61,7 +61,7 @@ impl DeploymentParameters {
                     "how long a move takes, in seconds by the clock on the wall; its answer and its \
                      image come at its end",
                 )
-                .range(0.0..=3600.0),
+                .range(0.0..=60.0),
             )?,
         })
     }

@@ -93,6 +93,14 @@ struct LatestReset {
     response: reset::Response,
 }
 
+/// What a request of `/step` is, if it is not refused.
+enum Judgement {
+    /// One that was answered before, so.
+    Repetition(step::Response),
+    /// The next step.
+    Move { action: Action, number: u32 },
+}
+
 /// Why a request is not executed: a status, and what to tell the client.
 type Refusal = (u8, String);
 
@@ -277,45 +285,41 @@ impl Session {
 
     /// Answers `/step`.
     pub fn step(&mut self, request: &step::Request) -> (step::Response, Option<Executed>) {
-        match self.try_step(request) {
-            Ok(answer) => answer,
-            Err((status, message)) => {
-                let refusal = step::Response {
-                    status,
-                    message,
-                    episode: self.episode_number(),
-                    step: self.world.steps(),
-                    ..step::Response::default()
-                };
-                (refusal, None)
-            }
+        self.try_step(request).unwrap_or_else(|refusal| (self.refused_step(refusal), None))
+    }
+
+    /// The answer to a request that comes while the robot carries out another one.
+    pub fn busy(&self) -> step::Response {
+        let step = self.world.steps() + 1;
+        self.refused_step((
+            status::OUT_OF_ORDER,
+            format!("the robot is moving: it takes step {step}"),
+        ))
+    }
+
+    fn refused_step(&self, (status, message): Refusal) -> step::Response {
+        step::Response {
+            status,
+            message,
+            episode: self.episode_number(),
+            step: self.world.steps(),
+            ..step::Response::default()
         }
+    }
+
+    /// Whether a request of `/step` would move the robot now: it is neither refused nor a repetition.
+    pub fn is_move(&self, request: &step::Request) -> bool {
+        matches!(self.judge(request), Ok(Judgement::Move { .. }))
     }
 
     fn try_step(
         &mut self,
         request: &step::Request,
     ) -> Result<(step::Response, Option<Executed>), Refusal> {
-        let action = action(request.action)?;
-        self.check_episode(request.episode)?;
-        self.check_control(Control::Service)?;
-        let taken = self.world.steps();
-        let number = if request.step == 0 { taken + 1 } else { request.step };
-        if let (true, Some((latest, response))) = (number == taken, &self.latest_step) {
-            return match *latest == request.action {
-                true => Ok((response.clone(), None)),
-                false => Err((
-                    status::ACTION_DIFFERS,
-                    format!("step {number} was taken with action {latest}, not {}", request.action),
-                )),
-            };
-        }
-        self.check_not_over(number)?;
-        if number != taken + 1 {
-            let next = taken + 1;
-            let message = format!("step {number} is out of order: the next step is {next}");
-            return Err((status::OUT_OF_ORDER, message));
-        }
+        let (action, number) = match self.judge(request)? {
+            Judgement::Repetition(response) => return Ok((response, None)),
+            Judgement::Move { action, number } => (action, number),
+        };
         let (outcome, executed) = self.execute(action, Control::Service)?;
         let response = step::Response {
             success: true,
@@ -331,6 +335,31 @@ impl Session {
         };
         self.latest_step = Some((request.action, response.clone()));
         Ok((response, Some(executed)))
+    }
+
+    /// What a request of `/step` is, or why it is refused.
+    fn judge(&self, request: &step::Request) -> Result<Judgement, Refusal> {
+        let action = action(request.action)?;
+        self.check_episode(request.episode)?;
+        self.check_control(Control::Service)?;
+        let taken = self.world.steps();
+        let number = if request.step == 0 { taken + 1 } else { request.step };
+        if let (true, Some((latest, response))) = (number == taken, &self.latest_step) {
+            return match *latest == request.action {
+                true => Ok(Judgement::Repetition(response.clone())),
+                false => Err((
+                    status::ACTION_DIFFERS,
+                    format!("step {number} was taken with action {latest}, not {}", request.action),
+                )),
+            };
+        }
+        self.check_not_over(number)?;
+        if number != taken + 1 {
+            let next = taken + 1;
+            let message = format!("step {number} is out of order: the next step is {next}");
+            return Err((status::OUT_OF_ORDER, message));
+        }
+        Ok(Judgement::Move { action, number })
     }
 
     /// Obeys `/action`: what was executed, nothing if the command is only for those who watch, or
