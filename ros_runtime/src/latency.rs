@@ -1,7 +1,7 @@
 //! How long the answers of a service take, from time to time.
 
 use std::{
-    sync::{Arc, Mutex},
+    sync::{Arc, Mutex, MutexGuard},
     time::Duration,
 };
 
@@ -10,11 +10,17 @@ use crate::diagnostics::{Level, Report};
 /// The latencies of a client; a cheap handle that can be shared.
 #[derive(Clone, Debug, Default)]
 pub struct Latencies {
-    recent: Arc<Mutex<Recent>>,
-    usual: Arc<Mutex<Option<Duration>>>,
+    known: Arc<Mutex<Known>>,
 }
 
-/// By what an answer moves the [usual](Latencies::learn) latency.
+#[derive(Debug, Default)]
+struct Known {
+    recent: Recent,
+    /// About the median.
+    usual: Option<Duration>,
+}
+
+/// By what an answer moves the [usual](Latencies::record) latency.
 const STEP: f64 = 1.125;
 /// An answer that takes so many times what is usual is late.
 const LATE: u32 = 4;
@@ -29,18 +35,15 @@ struct Recent {
 
 impl Latencies {
     /// An answer took so long, from the request to the moment when somebody waited for it and had it.
+    ///
+    /// What is usual is the median, which each answer moves a little towards itself. As long as most
+    /// come at once, those that had to be asked for again do not count for more.
     pub(crate) fn record(&self, latency: Duration) {
-        let mut recent = self.recent.lock().expect("nothing panics while it holds this lock");
-        recent.answers += 1;
-        recent.sum += latency;
-        recent.longest = recent.longest.max(latency);
-    }
-
-    /// Learns what is usual: the median, which each answer moves a little towards itself. As long as
-    /// most answers come at once, those that had to be asked for again do not count for more.
-    pub(crate) fn learn(&self, latency: Duration) {
-        let mut usual = self.usual.lock().expect("nothing panics while it holds this lock");
-        *usual = Some(match *usual {
+        let mut known = self.known();
+        known.recent.answers += 1;
+        known.recent.sum += latency;
+        known.recent.longest = known.recent.longest.max(latency);
+        known.usual = Some(match known.usual {
             None => latency,
             Some(median) if latency > median => median.mul_f64(STEP),
             Some(median) => median.div_f64(STEP),
@@ -49,14 +52,16 @@ impl Latencies {
 
     /// After how long an answer is so late that it was lost, if that is known yet.
     pub(crate) fn timeout(&self) -> Option<Duration> {
-        let usual = *self.usual.lock().expect("nothing panics while it holds this lock");
-        usual.map(|median| LATE * median)
+        self.known().usual.map(|median| LATE * median)
+    }
+
+    fn known(&self) -> MutexGuard<'_, Known> {
+        self.known.lock().expect("nothing panics while it holds this lock")
     }
 
     /// The answers since the last report.
     pub fn report(&self) -> Report {
-        let mut recent = self.recent.lock().expect("nothing panics while it holds this lock");
-        let Recent { answers, sum, longest } = std::mem::take(&mut *recent);
+        let Recent { answers, sum, longest } = std::mem::take(&mut self.known().recent);
         if answers == 0 {
             let message = "no answer since the last report".to_owned();
             return Report { level: Level::Stale, message, values: Vec::new() };
@@ -83,7 +88,7 @@ mod tests {
         let milliseconds = Duration::from_millis;
         let latencies = Latencies::default();
         assert_eq!(latencies.timeout(), None);
-        let learn = |latency, times| (0..times).for_each(|_| latencies.learn(latency));
+        let learn = |latency, times| (0..times).for_each(|_| latencies.record(latency));
         learn(milliseconds(8), 50);
         let about = |wanted: Duration| {
             let found = latencies.timeout().unwrap();

@@ -153,7 +153,7 @@ impl<S: RosService> ServiceClient<S> {
         call: Call<S>,
         deadline: Option<Duration>,
     ) -> Result<S::Response, CallError> {
-        let Call { request, mut sent, begun } = call;
+        let Call { request, mut sent, begun: _ } = call;
         let start = Instant::now();
         let usual = self.latencies.timeout().unwrap_or(FIRST_WAIT);
         let mut wait = usual.clamp(SHORTEST_WAIT, LONGEST_WAIT);
@@ -164,9 +164,6 @@ impl<S: RosService> ServiceClient<S> {
                 None => Instant::now() + wait,
             };
             if let Ok(result) = timeout_at(end, attempt).await {
-                if result.is_ok() {
-                    self.latencies.learn(begun.elapsed());
-                }
                 return result;
             }
             if let Some(deadline) = deadline.filter(|deadline| start.elapsed() >= *deadline) {
