@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# Runs every test, with its set-up: the nodes, and independent DDS peers from PyPI.
+# Runs every test, with its set-up: the nodes, and independent DDS peers.
 #
 #   launch_scripts/test.sh [arguments for cargo test]
 #
-# The peers go into a virtual environment, .venv in the repository.
+# The peers from PyPI go into a virtual environment, .venv in the repository. One more is built with
+# Fast DDS where that is installed; elsewhere its test is skipped, or with EVAC_FAST_DDS=required fails.
 
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/nodes.sh"
@@ -23,5 +24,19 @@ if ! cmp --silent "$requirements" .venv/requirements.txt; then
     cp "$requirements" .venv/requirements.txt
 fi
 export EVAC_PYTHON="$root/.venv/bin/python"
+
+unset EVAC_FAST_DDS_PEER
+caller=tests/peers/fast_dds/step_caller.cpp
+# Whether every header is there: Fast DDS has kept no pkg-config file.
+if g++ -std=c++20 -M "$caller" >/dev/null 2>&1; then
+    peers=$(realpath "${CARGO_TARGET_DIR:-target}")/peers
+    mkdir -p "$peers"
+    g++ -std=c++20 -O1 -Wall -Wextra -o "$peers/step_caller" "$caller" -lfastrtps -lfastcdr -lz
+    export EVAC_FAST_DDS_PEER="$peers/step_caller"
+else
+    missing="no Fast DDS 2 to build a peer with: install it (Debian 12: g++ libfastrtps-dev zlib1g-dev)"
+    [[ "${EVAC_FAST_DDS:-}" != required ]] || fail "$missing"
+    echo "$(basename "$0"): SKIPPED: the services as Fast DDS calls them; $missing" >&2
+fi
 
 cargo test --release --locked --workspace "$@"

@@ -1,5 +1,5 @@
-//! Images, and what nodes say of themselves, as a stock ROS 2 tool receives them: by CycloneDDS, an
-//! independent implementation.
+//! Images and services, and what nodes say of themselves, as a stock ROS 2 tool meets them: by
+//! CycloneDDS and Fast DDS, independent implementations.
 
 use std::{
     io::{BufRead, BufReader},
@@ -18,7 +18,7 @@ use sim_node::world::WorldSettings;
 
 const FRAMES: u64 = 50;
 
-/// One of the peers, which are programs in Python.
+/// One of the peers in Python.
 fn peer(nodes: &Nodes, name: &str) -> Command {
     let python = std::env::var("EVAC_PYTHON")
         .expect("EVAC_PYTHON names a python with the peers: run launch_scripts/test.sh");
@@ -78,20 +78,18 @@ fn cyclone_dds_hears_diagnostics_and_parameter_events() {
     assert_eq!(report, expected);
 }
 
-#[test]
-fn cyclone_dds_calls_the_services_as_its_rmw_maps_them() {
-    const STEPS: u64 = 1000;
-    let mut nodes = Nodes::new();
-    nodes.set_variable("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp");
-    nodes.start_simulator(&[]);
+/// How many steps a caller of the services takes.
+const STEPS: u64 = 1000;
+
+/// Has a peer take [`STEPS`] steps with the actions 1, 2, ... 6, 0, ...; an episode that is over is
+/// followed by one with the next seed, from 1. All must be as by world and camera alone.
+fn assert_calls_the_services(nodes: &Nodes, mut caller: Command) {
     let (steps, timeout) = (STEPS.to_string(), PATIENCE.as_secs().to_string());
-    let mut caller = peer(&nodes, "service_caller.py");
-    caller.args(["--steps", &steps, "--timeout", &timeout]);
-    let (status, text, error) = nodes.run(&mut caller);
+    let (status, text, error) =
+        nodes.run(caller.args(["--steps", &steps, "--timeout", &timeout]));
     assert!(status.success(), "{error}");
     let found: serde_json::Value = serde_json::from_str(&text).expect("JSON");
 
-    // The same by world and camera alone.
     let mut room = Room::new(WorldSettings::default());
     let (mut seed, mut escapes, mut over) = (0, 0u64, true);
     let crc = Crc::<u32>::new(&CRC_32_ISO_HDLC);
@@ -112,4 +110,25 @@ fn cyclone_dds_calls_the_services_as_its_rmw_maps_them() {
         "right": STEPS, "escapes": escapes, "checksum": digest.finalize(),
     });
     assert_eq!(found, expected);
+}
+
+#[test]
+fn cyclone_dds_calls_the_services_as_its_rmw_maps_them() {
+    let mut nodes = Nodes::new();
+    nodes.set_variable("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp");
+    nodes.start_simulator(&[]);
+    assert_calls_the_services(&nodes, peer(&nodes, "service_caller.py"));
+}
+
+#[test]
+fn fast_dds_calls_the_services_as_its_rmw_maps_them() {
+    // There is no Fast DDS in PyPI, so this peer is not everywhere.
+    let Some(caller) = std::env::var_os("EVAC_FAST_DDS_PEER") else {
+        eprintln!("SKIPPED: no EVAC_FAST_DDS_PEER: launch_scripts/test.sh builds it if it can");
+        return;
+    };
+    let mut nodes = Nodes::new();
+    nodes.set_variable("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp");
+    nodes.start_simulator(&[]);
+    assert_calls_the_services(&nodes, nodes.command(caller));
 }

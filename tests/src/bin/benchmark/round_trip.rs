@@ -53,7 +53,11 @@ pub struct RoundTripFigures {
 
 pub fn measure() -> anyhow::Result<RoundTripFigures> {
     let mut nodes = Nodes::new();
-    nodes.start_simulator(&["max_steps:=1000000000"]);
+    // ros2-client's Spinner subscribes to /clock. Each step would be published to both nodes of the plain
+    // service, which are there only to be measured.
+    let unheard = "/clock:=/sim_node/clock";
+    let arguments = ["--ros-args", "-r", unheard, "-p", "max_steps:=1000000000"];
+    nodes.start_beside("sim_node", "sim_node", &arguments);
     // Made before our own node and dropped after it, which mutes RustDDS: its last words are errors
     // that are none.
     let (plain, plain_node) = plain_client(&nodes.discovery())?;
