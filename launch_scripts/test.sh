@@ -4,7 +4,7 @@
 #   launch_scripts/test.sh [arguments for cargo test]
 #
 # The peers from PyPI go into a virtual environment, .venv in the repository. One more is built with
-# Fast DDS where that is installed; elsewhere its test is skipped, or with EVAC_FAST_DDS=required fails.
+# Fast DDS where that is installed; elsewhere its test is skipped, unless EVAC_FAST_DDS=required.
 
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/nodes.sh"
@@ -25,18 +25,17 @@ if ! cmp --silent "$requirements" .venv/requirements.txt; then
 fi
 export EVAC_PYTHON="$root/.venv/bin/python"
 
-unset EVAC_FAST_DDS_PEER
+# The preprocessor knows whether every header is there, in a version that will do.
 caller=tests/peers/fast_dds/step_caller.cpp
-# Whether every header is there: Fast DDS has kept no pkg-config file.
 if g++ -std=c++20 -M "$caller" >/dev/null 2>&1; then
     peers=$(realpath "${CARGO_TARGET_DIR:-target}")/peers
     mkdir -p "$peers"
-    g++ -std=c++20 -O1 -Wall -Wextra -o "$peers/step_caller" "$caller" -lfastrtps -lfastcdr -lz
+    g++ -std=c++20 -O2 -Wall -Wextra -o "$peers/step_caller" "$caller" -lfastrtps -lfastcdr -lz
     export EVAC_FAST_DDS_PEER="$peers/step_caller"
 else
-    missing="no Fast DDS 2 to build a peer with: install it (Debian 12: g++ libfastrtps-dev zlib1g-dev)"
+    missing="no Fast DDS 2 to build a peer with (Debian 12: g++ libfastrtps-dev zlib1g-dev)"
     [[ "${EVAC_FAST_DDS:-}" != required ]] || fail "$missing"
-    echo "$(basename "$0"): SKIPPED: the services as Fast DDS calls them; $missing" >&2
+    echo "$(basename "$0"): SKIPPED: the services as Fast DDS calls them: $missing" >&2
 fi
 
 cargo test --release --locked --workspace "$@"

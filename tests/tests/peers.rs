@@ -85,8 +85,7 @@ const STEPS: u64 = 1000;
 /// followed by one with the next seed, from 1. All must be as by world and camera alone.
 fn assert_calls_the_services(nodes: &Nodes, mut caller: Command) {
     let (steps, timeout) = (STEPS.to_string(), PATIENCE.as_secs().to_string());
-    let (status, text, error) =
-        nodes.run(caller.args(["--steps", &steps, "--timeout", &timeout]));
+    let (status, text, error) = nodes.run(caller.args(["--steps", &steps, "--timeout", &timeout]));
     assert!(status.success(), "{error}");
     let found: serde_json::Value = serde_json::from_str(&text).expect("JSON");
 
