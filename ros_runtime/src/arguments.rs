@@ -16,7 +16,7 @@ use crate::{
 };
 
 /// A command line, taken apart.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Arguments {
     /// The program's own arguments, its name first.
     pub program: Vec<String>,
@@ -30,6 +30,25 @@ pub struct Arguments {
     pub log_level: Option<LevelFilter>,
     /// `--log-level LOGGER:=LEVEL`.
     pub logger_levels: Vec<(String, LevelFilter)>,
+    /// Whether records go to the console, which rcl calls stdout although it is standard error.
+    pub logs_to_console: bool,
+    /// Whether records go to `/rosout`.
+    pub logs_to_rosout: bool,
+}
+
+impl Default for Arguments {
+    fn default() -> Arguments {
+        Arguments {
+            program: Vec::new(),
+            remaps: Vec::new(),
+            overrides: Vec::new(),
+            parameter_files: Vec::new(),
+            log_level: None,
+            logger_levels: Vec::new(),
+            logs_to_console: true,
+            logs_to_rosout: true,
+        }
+    }
 }
 
 /// Why a command line is not one of ROS's.
@@ -46,7 +65,7 @@ pub enum ArgumentsError {
     /// A flag that ROS does not have.
     #[error(
         "unknown ROS argument '{0}': between --ros-args and -- there may be -r, -p, --params-file, \
-         --log-level and -e"
+         --log-level, -e, --enable- and --disable- with rosout-logs, stdout-logs and external-lib-logs"
     )]
     Unknown(String),
     /// A remapping that is none.
@@ -61,6 +80,9 @@ pub enum ArgumentsError {
     /// An argument in another encoding.
     #[error("the argument '{0}' is not in Unicode (UTF-8)")]
     NotUnicode(String),
+    /// rcl's default logging has no such files, either.
+    #[error("--log-config-file '{0}': these nodes write no log files that could be configured")]
+    LogConfigFile(String),
     /// Enclaves are part of SROS2.
     #[error("--enclave '{0}': this build has no security, so it cannot join an enclave")]
     Enclave(String),
@@ -110,8 +132,13 @@ impl Arguments {
             "--params-file" => self.parameter_files.push(value("FILE.yaml")?.into()),
             "--log-level" => self.parse_log_level(&value("info")?)?,
             "-e" | "--enclave" => return Err(ArgumentsError::Enclave(value("/enclave")?)),
-            // What launch files may pass and what does not change anything here.
-            "--enable-rosout-logs" | "--enable-stdout-logs" | "--enable-external-lib-logs" => {}
+            "--log-config-file" => return Err(ArgumentsError::LogConfigFile(value("FILE")?)),
+            "--enable-stdout-logs" => self.logs_to_console = true,
+            "--disable-stdout-logs" => self.logs_to_console = false,
+            "--enable-rosout-logs" => self.logs_to_rosout = true,
+            "--disable-rosout-logs" => self.logs_to_rosout = false,
+            // Log files, of which there are none.
+            "--enable-external-lib-logs" | "--disable-external-lib-logs" => {}
             _ => return Err(ArgumentsError::Unknown(flag)),
         }
         Ok(())
@@ -182,6 +209,15 @@ mod tests {
     }
 
     #[test]
+    fn logs_go_where_they_are_sent() {
+        let arguments = parse("n").unwrap();
+        assert!(arguments.logs_to_console && arguments.logs_to_rosout);
+        let line = "n --ros-args --disable-rosout-logs --disable-stdout-logs --enable-stdout-logs";
+        let arguments = parse(&format!("{line} --disable-external-lib-logs")).unwrap();
+        assert!(arguments.logs_to_console && !arguments.logs_to_rosout);
+    }
+
+    #[test]
     fn what_is_wrong_is_named() {
         for (line, expected) in [
             ("n --ros-args -r", "'-r' needs a value: -r from:=to"),
@@ -191,6 +227,7 @@ mod tests {
             ("n --ros-args -r abc", "couldn't parse the remapping 'abc'"),
             ("n --ros-args -p abc", "couldn't parse the parameter override 'abc'"),
             ("n --ros-args -e /x", "this build has no security"),
+            ("n --ros-args --log-config-file x", "write no log files"),
         ] {
             let message = parse(line).unwrap_err().to_string();
             assert!(message.contains(expected), "{line}: {message}");

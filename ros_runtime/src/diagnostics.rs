@@ -5,16 +5,16 @@
 
 use std::{
     sync::{Arc, Mutex},
-    time::{Duration, SystemTime, UNIX_EPOCH},
+    time::Duration,
 };
 
 use evac_msgs::{
-    Header, Time,
+    Header,
     diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue},
 };
 use tokio::time::{MissedTickBehavior, interval};
 
-use crate::node::Publisher;
+use crate::{clock::Clock, node::Publisher};
 
 /// The time between two reports of a part.
 pub const PERIOD: Duration = Duration::from_secs(1);
@@ -59,13 +59,18 @@ impl Diagnostics {
     }
 
     /// Publishes the reports for ever.
-    pub(crate) async fn serve(self, node: String, publisher: Publisher<DiagnosticArray>) {
+    pub(crate) async fn serve(
+        self,
+        node: String,
+        clock: Clock,
+        publisher: Publisher<DiagnosticArray>,
+    ) {
         let mut ticks = interval(PERIOD);
         ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
             ticks.tick().await;
             publisher.publish_with(|| DiagnosticArray {
-                header: Header { stamp: wall_time(), ..Header::default() },
+                header: Header { stamp: clock.now(), ..Header::default() },
                 status: self.parts().iter_mut().map(|part| status(&node, part)).collect(),
             });
         }
@@ -92,12 +97,4 @@ fn status(node: &str, (part, report): &mut Part) -> DiagnosticStatus {
         hardware_id: String::new(),
         values: values.collect(),
     }
-}
-
-/// The time on the wall, as ROS writes it.
-pub fn wall_time() -> Time {
-    let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    // builtin_interfaces/Time ends in 2038.
-    let sec = i32::try_from(since_epoch.as_secs()).unwrap_or(i32::MAX);
-    Time { sec, nanosec: since_epoch.subsec_nanos() }
 }

@@ -13,6 +13,7 @@
 //! - [`parameters`]: typed declaration with descriptions and ranges, files in YAML, the services
 //!   that `ros2 param` talks to.
 //! - [`logging`]: the console in ROS's format, and `/rosout`.
+//! - [`clock`]: the time on the wall, or that of `/clock`: `use_sim_time`.
 //! - [`diagnostics`]: how the parts of a node are, once a second.
 //! - [`node`]: a node with its publishers, subscriptions and services; a publisher knows whether
 //!   anybody reads, so that nothing is serialised for nobody.
@@ -24,6 +25,7 @@
 //! - [`shutdown`]: SIGINT and SIGTERM as something that blocking and asynchronous code can ask for.
 
 pub mod arguments;
+pub mod clock;
 pub mod diagnostics;
 pub mod discovery;
 mod graph;
@@ -39,5 +41,6 @@ pub mod shutdown;
 pub mod spin;
 
 pub use arguments::Arguments;
+pub use clock::Clock;
 pub use node::{Node, Publisher};
 pub use shutdown::Shutdown;

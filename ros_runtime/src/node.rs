@@ -5,7 +5,7 @@ use std::{
     sync::{Arc, Mutex, MutexGuard},
 };
 
-use evac_msgs::{RosMessage, RosService};
+use evac_msgs::{RosMessage, RosService, rosgraph_msgs};
 use futures::{Stream, stream};
 use log::{debug, warn};
 pub use ros2_client::Subscription;
@@ -20,13 +20,14 @@ use tokio::{runtime::Runtime, sync::watch};
 
 use crate::{
     arguments::Arguments,
+    clock::{Clock, USE_SIM_TIME},
     diagnostics::Diagnostics,
     discovery::{self, Discovery, DiscoveryError},
     graph::Graph,
     latency::Latencies,
-    logging,
+    logging::{self, InvalidColorization},
     names::{InvalidName, Naming},
-    parameters::{ParameterFileError, ParameterServices, Parameters},
+    parameters::{ParameterError, ParameterFileError, ParameterServices, Parameters},
     rmw::{Rmw, UnknownRmw},
     server::ServiceServer,
     service::{ServiceClient, SharedNode, create_client, services},
@@ -40,6 +41,9 @@ pub enum NodeError {
     /// The environment is wrong, or DDS does not start.
     #[error(transparent)]
     Discovery(#[from] DiscoveryError),
+    /// The console cannot be written as wanted.
+    #[error(transparent)]
+    Logging(#[from] InvalidColorization),
     /// The middleware is none that can be spoken with.
     #[error(transparent)]
     Rmw(#[from] UnknownRmw),
@@ -49,6 +53,9 @@ pub enum NodeError {
     /// A parameter file cannot be used.
     #[error(transparent)]
     ParameterFile(#[from] ParameterFileError),
+    /// A parameter that every node has is wrong.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
     /// The operating system refuses threads or signals.
     #[error("could not start the node's runtime: {0}")]
     Runtime(#[from] std::io::Error),
@@ -93,6 +100,7 @@ pub struct Node {
     node: SharedNode,
     naming: Naming,
     parameters: Parameters,
+    clock: Clock,
     diagnostics: Diagnostics,
     graph: Graph,
     shutdown: Shutdown,
@@ -116,9 +124,10 @@ impl Node {
         let naming = Naming::new(default_name, &arguments.remaps)?;
         // rcl names a node's logger by its dotted full name.
         let logger = naming.fully_qualified().trim_start_matches('/').replace('/', ".");
-        logging::start(&logger, arguments);
+        logging::start(&logger, arguments)?;
         discovery::warn_of_static_peers();
         let parameters = Parameters::new(&naming, arguments)?;
+        let clock = Clock::declare(&parameters)?;
         let participant = discovery.participant()?;
         // One thread for signals, timers, the graph and the parameter services.
         let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -143,7 +152,7 @@ impl Node {
         logging::publish_to(node.logging_handle());
         let node = SharedNode::new(node, rmw.service_mapping());
         let diagnostics = Diagnostics::default();
-        Ok(Node { runtime, node, naming, parameters, diagnostics, graph, shutdown })
+        Ok(Node { runtime, node, naming, parameters, clock, diagnostics, graph, shutdown })
     }
 
     /// The node's name and remappings.
@@ -154,6 +163,11 @@ impl Node {
     /// The node's parameters.
     pub fn parameters(&self) -> &Parameters {
         &self.parameters
+    }
+
+    /// The node's clock. It goes by `/clock` only once [`Node::start_services`] was called.
+    pub fn clock(&self) -> &Clock {
+        &self.clock
     }
 
     /// The parts of the node that report on `/diagnostics`.
@@ -239,7 +253,7 @@ impl Node {
     }
 
     /// Begins to do what every ROS node does besides its work: to answer `ros2 param`, and to
-    /// publish `/parameter_events` and `/diagnostics`. Call it when every parameter is declared.
+    /// publish `/parameter_events` and `/diagnostics`, and to go by `/clock` if it should. Call it when every parameter is declared.
     pub fn start_services(&mut self) -> Result<(), NodeError> {
         let services = ParameterServices {
             get: self.parameter_server("GetParameters", "get_parameters")?,
@@ -255,18 +269,20 @@ impl Node {
         let publisher = self.create_publisher("/diagnostics", reliable(10))?;
         let diagnostics = self.diagnostics.clone();
         let name = self.naming.fully_qualified().trim_start_matches('/').to_owned();
-        self.runtime.spawn(diagnostics.serve(name, publisher));
-        Ok(())
+        self.runtime.spawn(diagnostics.serve(name, self.clock.clone(), publisher));
+        self.follow_clock()
     }
 
     /// ros2-client's node has a store of parameters of its own, which is nothing but the way to its
     /// publisher of `/parameter_events`.
     fn publish_parameter_events(&self) {
         let (mut changes, node) = (self.parameters.listen(), self.node.clone());
+        let clock = self.clock.clone();
         self.runtime.spawn(async move {
             while let Some((name, value)) = changes.recv().await {
                 // From then on ros2-client would take its time from a Spinner, which nobody runs.
-                if name == "use_sim_time" {
+                if name == USE_SIM_TIME {
+                    clock.obey(&value);
                     continue;
                 }
                 let value = raw::ParameterValue::from(value).into();
@@ -275,6 +291,17 @@ impl Node {
                 }
             }
         });
+    }
+
+    fn follow_clock(&self) -> Result<(), NodeError> {
+        let name = self.naming.resolve("/clock")?;
+        // As rclcpp hears it.
+        let topic = self.topic::<rosgraph_msgs::Clock>(&name, &best_effort(1))?;
+        let node = self.node.clone();
+        let subscribe =
+            move || node.lock().create_subscription(&topic, None).map_err(|e| e.to_string());
+        self.runtime.spawn(self.clock.clone().follow(subscribe));
+        Ok(())
     }
 
     fn parameter_server<Request, Response>(

@@ -95,3 +95,19 @@ fn missing_and_damaged_models() {
     let line = complaint(&nodes, "agent_node", &resume);
     assert!(line.contains("checkpoint.safetensors is damaged"), "{line}");
 }
+
+#[test]
+fn the_console_is_written_as_the_environment_says() {
+    let mut nodes = Nodes::new();
+    nodes.set_variable("RCUTILS_COLORIZED_OUTPUT", "maybe");
+    let line = complaint(&nodes, "sim_node", &[]);
+    assert_eq!(line, "sim_node: RCUTILS_COLORIZED_OUTPUT is 'maybe': expected 0 or 1");
+    nodes.set_variable("RCUTILS_COLORIZED_OUTPUT", "1");
+    nodes.set_variable("RCUTILS_CONSOLE_OUTPUT_FORMAT", "<{severity}> {message}");
+    nodes.start_simulator(&[]);
+    nodes.wait_for_log("sim_node", "\x1b[0m<INFO> the room is open");
+    // Nothing but the last word, which is no log.
+    let arguments = ["--ros-args", "--disable-stdout-logs", "-p", "fixed_robot:=[9.0, 0.0, 0.0]"];
+    let (_, _, text) = nodes.run(nodes.command(binary("sim_node")).args(arguments));
+    assert!(text.starts_with("sim_node: "), "{text}");
+}

@@ -1,11 +1,18 @@
 //! Trainings by the real nodes: the same to the byte however they are run, stopped or disturbed.
 
-use std::{fs, path::Path, time::Duration};
+use std::{
+    fs,
+    path::Path,
+    time::{Duration, Instant},
+};
 
 use agent_node::learning::{settings::Preset, training::Plan};
-use evac_msgs::{ActionCommand, EpisodeStatus};
-use evac_tests::{Nodes, Outcome};
-use ros_runtime::node::reliable;
+use evac_msgs::{ActionCommand, EpisodeStatus, Time, TrainingStatus};
+use evac_tests::{Nodes, Outcome, PATIENCE};
+use ros_runtime::{
+    node::reliable,
+    parameters::{ParameterClient, ParameterValue},
+};
 
 /// Long enough for some hundred steps on any machine.
 const TRAINING: Duration = Duration::from_secs(300);
@@ -102,6 +109,43 @@ fn actions_are_published_for_whoever_watches() {
         }
     });
     nodes.succeed("agent_node", TRAINING);
+}
+
+/// `use_sim_time`, and what becomes of it while the node runs.
+#[test]
+fn the_agent_goes_by_the_clock_that_it_is_told_to() {
+    // Of the simulator's clock, which begins at 0, no test sees so much; the wall's was there long ago.
+    const LONG_AGO_S: i32 = 1_000_000_000;
+    let mut nodes = Nodes::new();
+    let out = format!("out:='{}'", nodes.path("run").display());
+    start_simulator(&mut nodes);
+    let mut watcher = nodes.client();
+    let statuses = watcher.create_subscription::<TrainingStatus>("training_status", reliable(1000));
+    let statuses = statuses.expect("a subscription");
+    nodes.start_agent("train", &["episodes:=100000", &out, "use_sim_time:=true"]);
+    let parameters = ParameterClient::new(&mut watcher, "agent_node").expect("a client");
+    watcher.block_on(async {
+        let next_stamp = async || {
+            let next = tokio::time::timeout(PATIENCE, statuses.async_take()).await;
+            next.expect("a status").expect("a readable one").0.header.stamp
+        };
+        let mut latest = next_stamp().await;
+        for _ in 0..20 {
+            let stamp = next_stamp().await;
+            assert!(stamp.sec < LONG_AGO_S && stamp >= latest, "{stamp:?} after {latest:?}");
+            latest = stamp;
+        }
+        assert!(latest > Time::default());
+        for (use_sim_time, expected) in [(false, "the wall's"), (true, "the simulator's")] {
+            let value = ParameterValue::Bool(use_sim_time);
+            let set = parameters.set("use_sim_time", value, PATIENCE).await;
+            assert_eq!(set, Ok(Ok(())));
+            let end = Instant::now() + PATIENCE;
+            while (next_stamp().await.sec < LONG_AGO_S) != use_sim_time {
+                assert!(Instant::now() < end, "the time is never {expected}");
+            }
+        }
+    });
 }
 
 #[test]

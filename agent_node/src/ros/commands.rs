@@ -6,7 +6,7 @@ use anyhow::Context;
 use evac_msgs::TrainingStatus;
 use log::{info, warn};
 use ros_runtime::{
-    Arguments, Node, Publisher,
+    Arguments, Clock, Node, Publisher,
     node::reliable,
     parameters::{ParameterClient, ParameterValue},
 };
@@ -139,6 +139,7 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
         board: Some(TensorBoard::create(&directory.file("tensorboard"), training.episode())?),
         saver: Saver::start(&directory)?,
         statuses,
+        clock: node.clock().clone(),
         state: LearnerState::reported_by(node.diagnostics()),
         checkpoint_interval,
         done: training.episode(),
@@ -303,7 +304,6 @@ impl Common {
         let default = name_in(namespace, "sim_node");
         let simulator = declare(&parameters, "simulator", default, "the simulator's node")?;
         let figures = declare(&parameters, "figures", true, "draw some escapes after the test")?;
-        declare(&parameters, "use_sim_time", false, "ROS's switch for simulated time")?;
         parameters.refuse_undeclared()?;
         Ok(Common {
             deadline: (deadline > 0.0).then(|| Duration::from_secs_f64(deadline)),
@@ -444,6 +444,7 @@ struct TrainingListener {
     board: Option<TensorBoard>,
     saver: Saver,
     statuses: Publisher<TrainingStatus>,
+    clock: Clock,
     state: LearnerState,
     checkpoint_interval: u32,
     /// Episodes that were told of.
@@ -458,7 +459,7 @@ impl Listener for TrainingListener {
             warn!("{:#}: the training goes on without", anyhow::Error::from(error));
             self.board = None;
         }
-        publish_status(&self.statuses, training, record);
+        publish_status(&self.statuses, &self.clock, training, record);
         self.state.update(training);
         self.console.training_episode(training);
         self.done += 1;

@@ -12,7 +12,7 @@ use ros_runtime::{
 
 use super::{
     diagnostics::DriverState,
-    parameters::{Defaults, declare, model_directory, model_settings},
+    parameters::{Defaults, model_directory, model_settings},
     simulator::image,
 };
 use crate::{
@@ -45,7 +45,6 @@ pub fn drive(arguments: &Arguments) -> anyhow::Result<()> {
         Descriptor::read_only("after so many seconds without an image the node says so")
             .range(0.001..=3600.0),
     )?;
-    declare(&parameters, "use_sim_time", false, "ROS's switch for simulated time")?;
     parameters.refuse_undeclared()?;
     let policy = Policy::new(&load_model(&model.join(RunDirectory::MODEL), &settings)?, &settings)?;
     let driver = Driver::new(policy, Duration::from_secs_f64(settle_time));

@@ -1,7 +1,7 @@
 //! What the agent says about its training.
 
 use evac_msgs::{Header, TrainingStatus};
-use ros_runtime::{Publisher, diagnostics::wall_time};
+use ros_runtime::{Clock, Publisher};
 
 use super::console::recent_success;
 use crate::learning::{record::EpisodeRecord, training::Training};
@@ -9,11 +9,12 @@ use crate::learning::{record::EpisodeRecord, training::Training};
 /// Publishes `training_status` after each episode.
 pub(super) fn publish_status(
     publisher: &Publisher<TrainingStatus>,
+    clock: &Clock,
     training: &Training,
     record: &EpisodeRecord,
 ) {
     publisher.publish_with(|| TrainingStatus {
-        header: Header { stamp: wall_time(), ..Header::default() },
+        header: Header { stamp: clock.now(), ..Header::default() },
         episode: record.episode,
         episodes: training.plan.episodes,
         steps: record.steps,

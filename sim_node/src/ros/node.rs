@@ -35,8 +35,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Descriptor::read_only("simulated time of a step or reset, in seconds").range(1e-9..=3600.0),
     )?;
     let deployment = DeploymentParameters::declare(&parameters)?;
-    let use_sim_time = Descriptor::read_only("ROS's switch; unused here");
-    parameters.declare("use_sim_time", false, use_sim_time)?;
     parameters.refuse_undeclared()?;
 
     let world = World::new(room.world, room.scenario, room.seed)

@@ -4,15 +4,19 @@
 //! console only, and by default only when something is wrong: their warnings are about the wire
 //! and come by the thousand. `--log-level rustdds:=debug` opens one of them.
 
+mod format;
+
 use std::{
     io::Write,
     sync::{Arc, Mutex, OnceLock},
-    time::{SystemTime, UNIX_EPOCH},
+    time::SystemTime,
 };
 
 use log::{Level, LevelFilter, Log, Metadata, Record};
 use ros2_client::{NodeLoggingHandle, RosoutRaw, builtin_interfaces::Time, log::LogLevel};
 
+use self::format::Format;
+pub use self::format::InvalidColorization;
 use crate::arguments::Arguments;
 
 static LOGGER: OnceLock<Logger> = OnceLock::new();
@@ -23,6 +27,9 @@ struct Logger {
     level: LevelFilter,
     /// Levels by the beginning of a record's target.
     levels: Vec<(String, LevelFilter)>,
+    format: Format,
+    to_console: bool,
+    to_rosout: bool,
     outputs: Mutex<Outputs>,
 }
 
@@ -51,12 +58,16 @@ pub(crate) fn parse_level(name: &str) -> Option<LevelFilter> {
 }
 
 /// Starts logging under a node's name. The first call of a process counts.
-pub fn start(name: &str, arguments: &Arguments) {
+pub fn start(name: &str, arguments: &Arguments) -> Result<(), InvalidColorization> {
+    let format = Format::from_environment()?;
     let level = arguments.log_level.unwrap_or(LevelFilter::Info);
     let logger = LOGGER.get_or_init(|| Logger {
         name: name.to_owned(),
         level,
         levels: arguments.logger_levels.clone(),
+        format,
+        to_console: arguments.logs_to_console,
+        to_rosout: arguments.logs_to_rosout,
         outputs: Mutex::default(),
     });
     // Fails where somebody set a logger before, as a test's harness may: then that one stays.
@@ -64,6 +75,7 @@ pub fn start(name: &str, arguments: &Arguments) {
         let loudest = arguments.logger_levels.iter().map(|(_, level)| *level).max();
         log::set_max_level(loudest.unwrap_or(level).max(level));
     }
+    Ok(())
 }
 
 /// From now on the node's records go to `/rosout`, too.
@@ -127,18 +139,20 @@ impl Log for Logger {
         let own = OWN.contains(&record.target().split("::").next().unwrap_or_default());
         let name = if own { self.name.as_str() } else { record.target() };
         let message = record.args().to_string();
-        let line = console_line(record.level(), SystemTime::now(), name, &message);
         let outputs = self.lock();
         if outputs.libraries_muted && !own {
             return;
         }
-        match &outputs.console {
-            Some(console) => console(&line),
-            // A closed console is no reason to stop.
-            None => drop(writeln!(std::io::stderr(), "{line}")),
+        if self.to_console {
+            let line = self.format.line(record, SystemTime::now(), name, &message);
+            match &outputs.console {
+                Some(console) => console(&line),
+                // A closed console is no reason to stop.
+                None => drop(writeln!(std::io::stderr(), "{line}")),
+            }
         }
         // RustDDS may have something to log while it publishes: not under this lock.
-        let rosout = outputs.rosout.clone().filter(|_| own);
+        let rosout = outputs.rosout.clone().filter(|_| own && self.to_rosout);
         drop(outputs);
         if let Some(rosout) = rosout {
             rosout.rosout_raw(
@@ -165,17 +179,8 @@ fn rosout_level(level: Level) -> LogLevel {
     }
 }
 
-/// `[INFO] [1700000000.123456789] [sim_node]: message`, rcutils' default format.
-fn console_line(level: Level, now: SystemTime, name: &str, message: &str) -> String {
-    let since_epoch = now.duration_since(UNIX_EPOCH).unwrap_or_default();
-    let (seconds, nanoseconds) = (since_epoch.as_secs(), since_epoch.subsec_nanos());
-    format!("[{level}] [{seconds}.{nanoseconds:09}] [{name}]: {message}")
-}
-
 #[cfg(test)]
 mod tests {
-    use std::time::Duration;
-
     use super::*;
 
     fn logger(level: LevelFilter, levels: &[(&str, LevelFilter)]) -> Logger {
@@ -183,15 +188,11 @@ mod tests {
             name: "sim_node".to_owned(),
             level,
             levels: levels.iter().map(|(name, level)| (name.to_string(), *level)).collect(),
+            format: Format::new("", false),
+            to_console: true,
+            to_rosout: true,
             outputs: Mutex::default(),
         }
-    }
-
-    #[test]
-    fn the_format_is_that_of_ros() {
-        let time = UNIX_EPOCH + Duration::new(1_700_000_000, 42);
-        let line = console_line(Level::Info, time, "sim_node", "hello");
-        assert_eq!(line, "[INFO] [1700000000.000000042] [sim_node]: hello");
     }
 
     #[test]
