@@ -111,6 +111,21 @@ fn assert_calls_the_services(nodes: &Nodes, mut caller: Command) {
     assert_eq!(found, expected);
 }
 
+/// The example for Gymnasium, but for its rclpy: the services are called by CycloneDDS.
+#[test]
+fn gymnasium_finds_nothing_wrong_with_its_example() {
+    let mut nodes = Nodes::new();
+    nodes.set_variable("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp");
+    nodes.start_simulator(&["max_steps:=50"]);
+    let mut check = peer(&nodes, "gymnasium_check.py");
+    let (status, text, error) =
+        nodes.run(check.args(["--timeout", &PATIENCE.as_secs().to_string()]));
+    assert!(status.success(), "{error}");
+    let found: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    assert_eq!(found, serde_json::json!({ "episodes": 3, "repeats": true }));
+    assert!(!error.contains("WARN"), "{error}");
+}
+
 #[test]
 fn cyclone_dds_calls_the_services_as_its_rmw_maps_them() {
     let mut nodes = Nodes::new();
