@@ -7,6 +7,7 @@ mod report;
 mod room;
 mod round_trip;
 mod scale;
+mod start_up;
 mod training;
 
 use std::path::PathBuf;
@@ -59,6 +60,7 @@ fn main() -> anyhow::Result<()> {
         room: part("the simulator", room::measure)?,
         learner: part("the learner", learner::measure)?,
         round_trip: part("round trips over the network", round_trip::measure)?,
+        start_up: part("how soon the nodes hear each other", start_up::measure)?,
         training: part("whole trainings, in one process and over DDS", training::measure)?,
         scale: match command_line.scale {
             true => part("trainings in several rooms at once", scale::measure)?,

@@ -11,6 +11,7 @@ use crate::{
     room::RoomFigures,
     round_trip::{Percentiles, RoundTripFigures},
     scale::{MOTION_TIME_S, ScaleFigures},
+    start_up::StartUpFigures,
     training::TrainingFigures,
 };
 
@@ -19,6 +20,7 @@ pub struct Report {
     pub room: Vec<RoomFigures>,
     pub learner: Vec<LearnerFigures>,
     pub round_trip: RoundTripFigures,
+    pub start_up: StartUpFigures,
     pub training: TrainingFigures,
     /// Trainings in rooms that take their time, by how many of them there are.
     pub scale: Vec<ScaleFigures>,
@@ -66,6 +68,12 @@ impl Report {
         if let Some(ddsperf) = self.peers.ddsperf_rtt_us {
             row("CycloneDDS's ddsperf", format!("{ddsperf:.0} us"), "a peer".into());
         }
+        let StartUpFigures { publisher_later_s, subscriber_later_s } = self.start_up;
+        row(
+            "start of sim_node to its first image elsewhere",
+            format!("{publisher_later_s:.2} s"),
+            format!("{subscriber_later_s:.2} s where the subscriber starts later"),
+        );
         let training = &self.training;
         row(
             &format!("training over DDS, {} steps", training.steps),
@@ -169,6 +177,10 @@ impl Report {
             "inference_us": paper["inference_us"],
             "step_rtt_us": percentiles(&self.round_trip.step),
             "plain_client_rtt_percentiles_us": percentiles(&self.round_trip.plain),
+            "start_up_s": {
+                "publisher_later": self.start_up.publisher_later_s,
+                "subscriber_later": self.start_up.subscriber_later_s,
+            },
             "steps_per_s_over_dds": self.training.over_dds_steps_per_s,
             "steps_per_s_in_process": self.training.in_process_steps_per_s,
             "training_steps": self.training.steps,
