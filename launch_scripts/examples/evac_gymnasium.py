@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Evac's simulator as a Gymnasium environment, and a DQN of Stable-Baselines3 that learns in it.
 
-Any learner of Python's can train against `sim_node` with it. As a program it needs Gymnasium and
-Stable-Baselines3 beside rclpy and evac_msgs; beside a running `sim_node`:
+Any learner of Python's can train against `sim_node` with it. As a program it needs, beside rclpy and
+evac_msgs, `pip install gymnasium stable-baselines3 tqdm rich`; beside a running `sim_node`:
 
     ros2 run evac_bringup evac_gymnasium.py --steps 20000
 """

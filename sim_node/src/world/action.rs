@@ -42,7 +42,7 @@ impl Action {
 
 /// There is no action with this index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("action {0} does not exist: an action is 0..=6")]
+#[error("action {0} does not exist: expected 0 to 6")]
 pub struct InvalidAction(pub u8);
 
 impl TryFrom<u8> for Action {
@@ -74,6 +74,6 @@ mod tests {
                 }
             }
         }
-        assert_eq!(InvalidAction(9).to_string(), "action 9 does not exist: an action is 0..=6");
+        assert_eq!(InvalidAction(9).to_string(), "action 9 does not exist: expected 0 to 6");
     }
 }

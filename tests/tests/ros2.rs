@@ -1,0 +1,290 @@
+//! What one types beside the nodes on a machine with ROS 2: the `ros2` command on the PATH, its
+//! environment sourced. Elsewhere these tests say that they are skipped.
+//!
+//! What needs `evac_msgs` or the packages of a workspace is skipped where these are not built.
+
+use std::{
+    process::{Command, Stdio},
+    time::{Duration, Instant},
+};
+
+use evac_tests::{Nodes, PATIENCE, repository};
+
+/// Images come by themselves, and a stock tool has something to hear.
+const SIMULATOR: [&str; 1] = ["frame_rate:=20.0"];
+
+/// `ros2` with some words after it, in the domain of the nodes.
+fn ros2(nodes: &Nodes, words: &str) -> Command {
+    let mut command = nodes.command("ros2");
+    command.args(words.split(' '));
+    command
+}
+
+/// Whether a command of `ros2` succeeds here; if not, the test is skipped, aloud.
+fn is_there(nodes: &Nodes, words: &str) -> bool {
+    let status = ros2(nodes, words).stdout(Stdio::null()).stderr(Stdio::null()).status();
+    let is_there = status.is_ok_and(|status| status.success());
+    if !is_there {
+        eprintln!("SKIPPED: `ros2 {words}` does not succeed here");
+    }
+    is_there
+}
+
+/// What `ros2` prints, which must come to an end well.
+fn output(nodes: &Nodes, command: &mut Command) -> String {
+    let (status, text, error) = nodes.run(command);
+    assert!(status.success(), "{command:?}: {text}\n{error}");
+    text
+}
+
+/// Repeats a command until it prints what is expected: a new process hears of the nodes by and by.
+fn output_with(nodes: &Nodes, words: &str, expected: &[&str]) -> String {
+    let end = Instant::now() + PATIENCE;
+    loop {
+        let (_, text, error) = nodes.run(&mut ros2(nodes, words));
+        match expected.iter().find(|part| !text.contains(**part)) {
+            None => return text,
+            Some(part) => assert!(
+                Instant::now() < end,
+                "`ros2 {words}` never prints '{part}': {text}\n{error}"
+            ),
+        }
+    }
+}
+
+/// A simulator that is watched, by the command that is there.
+fn simulator() -> Option<Nodes> {
+    let mut nodes = Nodes::new();
+    if !is_there(&nodes, "topic list --no-daemon") {
+        return None;
+    }
+    nodes.start_simulator(&SIMULATOR);
+    Some(nodes)
+}
+
+/// Beside it an agent that trains.
+fn training() -> Option<Nodes> {
+    let mut nodes = simulator()?;
+    let out = format!("out:='{}'", nodes.path("run").display());
+    nodes.start_agent("train", &["episodes:=100000", &out]);
+    Some(nodes)
+}
+
+#[test]
+fn topics_are_listed_heard_and_described() {
+    let Some(nodes) = training() else { return };
+    let topics = [
+        "/camera/image [sensor_msgs/msg/Image]",
+        "/camera/camera_info [sensor_msgs/msg/CameraInfo]",
+        "/clock [rosgraph_msgs/msg/Clock]",
+        "/odom [nav_msgs/msg/Odometry]",
+        "/tf [tf2_msgs/msg/TFMessage]",
+        "/tf_static [tf2_msgs/msg/TFMessage]",
+        "/scene [visualization_msgs/msg/MarkerArray]",
+        "/path [nav_msgs/msg/Path]",
+        "/diagnostics [diagnostic_msgs/msg/DiagnosticArray]",
+        "/episode [evac_msgs/msg/EpisodeStatus]",
+        "/action [evac_msgs/msg/ActionCommand]",
+        "/training_status [evac_msgs/msg/TrainingStatus]",
+        "/rosout [rcl_interfaces/msg/Log]",
+        "/parameter_events [rcl_interfaces/msg/ParameterEvent]",
+    ];
+    output_with(&nodes, "topic list --no-daemon --show-types", &topics);
+    let image = output_with(
+        &nodes,
+        "topic echo --no-daemon --once /camera/image sensor_msgs/msg/Image",
+        &["encoding: rgb8", "width: 20", "height: 7", "frame_id: camera_optical_frame"],
+    );
+    assert!(image.contains("step: 60"), "{image}");
+    output_with(
+        &nodes,
+        "topic info --no-daemon --verbose /camera/image",
+        &["Node name: sim_node", "Reliability: RELIABLE", "Durability: VOLATILE"],
+    );
+}
+
+#[test]
+fn the_rate_of_the_images_is_measured() {
+    let Some(nodes) = simulator() else { return };
+    // It has no end of its own.
+    let log = nodes.path("rate");
+    let mut hz = ros2(&nodes, "topic hz /camera/image")
+        .env("PYTHONUNBUFFERED", "1")
+        .stdout(std::fs::File::create(&log).expect("a file"))
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("ros2 starts");
+    let end = Instant::now() + PATIENCE;
+    let is_measured = loop {
+        let text = std::fs::read_to_string(&log).unwrap_or_default();
+        if text.contains("average rate: ") || Instant::now() > end {
+            break text.contains("average rate: ");
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    };
+    hz.kill().expect("it is our child");
+    hz.wait().expect("it is our child");
+    assert!(is_measured);
+}
+
+#[test]
+fn node_info_lists_what_is_there() {
+    let Some(nodes) = training() else { return };
+    let info = output_with(
+        &nodes,
+        "node info --no-daemon /sim_node",
+        &["/reset: evac_msgs/srv/Reset", "/step: evac_msgs/srv/Step", "/camera/image"],
+    );
+    let section = |title: &str| -> Vec<String> {
+        let lines = info.lines().skip_while(|line| line.trim() != title).skip(1);
+        let lines = lines.take_while(|line| line.starts_with("    "));
+        lines.map(|line| line.trim().to_owned()).collect()
+    };
+    let expected = [
+        ("Subscribers:", &["/action: evac_msgs/msg/ActionCommand"][..]),
+        (
+            "Publishers:",
+            &[
+                "/camera/camera_info: sensor_msgs/msg/CameraInfo",
+                "/camera/image: sensor_msgs/msg/Image",
+                "/clock: rosgraph_msgs/msg/Clock",
+                "/diagnostics: diagnostic_msgs/msg/DiagnosticArray",
+                "/episode: evac_msgs/msg/EpisodeStatus",
+                "/odom: nav_msgs/msg/Odometry",
+                "/parameter_events: rcl_interfaces/msg/ParameterEvent",
+                "/path: nav_msgs/msg/Path",
+                "/rosout: rcl_interfaces/msg/Log",
+                "/scene: visualization_msgs/msg/MarkerArray",
+                "/tf: tf2_msgs/msg/TFMessage",
+                "/tf_static: tf2_msgs/msg/TFMessage",
+            ],
+        ),
+        (
+            "Service Servers:",
+            &[
+                "/reset: evac_msgs/srv/Reset",
+                "/sim_node/describe_parameters: rcl_interfaces/srv/DescribeParameters",
+                "/sim_node/get_parameter_types: rcl_interfaces/srv/GetParameterTypes",
+                "/sim_node/get_parameters: rcl_interfaces/srv/GetParameters",
+                "/sim_node/list_parameters: rcl_interfaces/srv/ListParameters",
+                "/sim_node/set_parameters: rcl_interfaces/srv/SetParameters",
+                "/sim_node/set_parameters_atomically: rcl_interfaces/srv/SetParametersAtomically",
+                "/step: evac_msgs/srv/Step",
+            ],
+        ),
+        ("Service Clients:", &[]),
+    ];
+    for (title, entries) in expected {
+        assert_eq!(section(title), entries, "{title} in {info}");
+    }
+    let agent = output_with(
+        &nodes,
+        "node info --no-daemon /agent_node",
+        &["/reset: evac_msgs/srv/Reset", "/training_status: evac_msgs/msg/TrainingStatus"],
+    );
+    assert!(agent.contains("/sim_node/get_parameters"), "{agent}");
+}
+
+#[test]
+fn parameters_are_listed_described_and_set() {
+    let Some(nodes) = simulator() else { return };
+    output_with(&nodes, "param list --no-daemon /sim_node", &["scenario", "max_steps"]);
+    output_with(&nodes, "param get --no-daemon /sim_node scenario", &["String value is: empty"]);
+    output_with(
+        &nodes,
+        "param describe --no-daemon /sim_node scenario",
+        &["Type: string", "one of: empty, one_cylinder"],
+    );
+    output_with(
+        &nodes,
+        "param set --no-daemon /sim_node scenario concave",
+        &["Set parameter successful"],
+    );
+    output_with(&nodes, "param get --no-daemon /sim_node scenario", &["String value is: concave"]);
+    let refused = output_with(
+        &nodes,
+        "param set --no-daemon /sim_node scenario desert",
+        &["expected one of empty"],
+    );
+    assert!(!refused.contains("successful"), "{refused}");
+    output_with(&nodes, "param dump --no-daemon /sim_node", &["/sim_node:", "scenario: concave"]);
+}
+
+#[test]
+fn services_are_called() {
+    let Some(nodes) = simulator() else { return };
+    if !is_there(&nodes, "interface show evac_msgs/srv/Step") {
+        return;
+    }
+    let call = |nodes: &Nodes, words: &str, request: &str| {
+        output(nodes, ros2(nodes, &format!("service call {words}")).arg(request))
+    };
+    let begun = call(&nodes, "/reset evac_msgs/srv/Reset", "{seed: 7, scenario: concave}");
+    assert!(begun.contains("success=True"), "{begun}");
+    let taken = call(&nodes, "/step evac_msgs/srv/Step", "{action: 3}");
+    assert!(taken.contains("success=True") && taken.contains("step=1"), "{taken}");
+    let refused = call(&nodes, "/step evac_msgs/srv/Step", "{action: 9}");
+    assert!(refused.contains("success=False") && refused.contains("0 to 6"), "{refused}");
+}
+
+#[test]
+fn a_training_is_recorded_and_played_again() {
+    let Some(mut nodes) = training() else { return };
+    if !is_there(&nodes, "bag --help") {
+        return;
+    }
+    let bag = nodes.path("bag");
+    let bag = bag.to_str().expect("a path in Unicode");
+    let mut recorder = ros2(&nodes, "bag record --output")
+        .args([bag, "/camera/image", "/odom"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("ros2 starts");
+    // What it has heard is known from its end only.
+    std::thread::sleep(Duration::from_secs(5));
+    interrupt(&recorder);
+    assert!(recorder.wait().expect("it is our child").success());
+    nodes.kill("agent_node");
+    nodes.kill("sim_node");
+    let info = output(&nodes, ros2(&nodes, "bag info").arg(bag));
+    assert!(info.contains("Topic: /camera/image | Type: sensor_msgs/msg/Image"), "{info}");
+    let mut player = ros2(&nodes, "bag play --loop")
+        .arg(bag)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("ros2 starts");
+    output_with(
+        &nodes,
+        "topic echo --no-daemon --once /camera/image sensor_msgs/msg/Image",
+        &["encoding: rgb8", "width: 20"],
+    );
+    interrupt(&player);
+    player.wait().expect("it is our child");
+}
+
+#[test]
+fn the_pair_is_launched() {
+    let nodes = Nodes::new();
+    if !is_there(&nodes, "pkg prefix agent_node") {
+        return;
+    }
+    for file in ["train.launch.py", "train.launch.xml"] {
+        let out = nodes.path(file);
+        let file = repository().join("launch_scripts/launch").join(file);
+        let file = file.to_str().expect("a path in Unicode");
+        let mut launch = ros2(&nodes, "launch");
+        launch.args([file, "scenario:=concave", "episodes:=5", "seed:=3"]);
+        launch.arg(format!("out:={}", out.display()));
+        let text = output(&nodes, &mut launch);
+        assert!(out.join("summary.json").exists(), "{text}");
+    }
+}
+
+/// Ctrl-C, for what ends by it.
+fn interrupt(child: &std::process::Child) {
+    let status = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(status.expect("kill can be called").success());
+}
