@@ -11,11 +11,19 @@ pub trait RosMessage: Message + Clone + Send + Sync + 'static {
     fn type_name() -> MessageTypeName {
         MessageTypeName::new(Self::PACKAGE, Self::NAME)
     }
+
+    /// The name of the type as [`TypeDescription::of`] takes it, such as `sensor_msgs/msg/Image`.
+    ///
+    /// [`TypeDescription::of`]: crate::type_description_interfaces::TypeDescription::of
+    fn full_name() -> String {
+        format!("{}/msg/{}", Self::PACKAGE, Self::NAME)
+    }
 }
 
 /// A service: the pair of a request and a response, with the name that ROS 2 knows the pair by.
 ///
-/// It is implemented by a marker ([`Reset`](crate::Reset), [`Step`](crate::Step)) that is never made.
+/// It is implemented by a marker, such as [`Reset`](crate::Reset) or [`Step`](crate::Step), that is
+/// never made.
 pub trait RosService {
     /// The ROS package of the definition.
     const PACKAGE: &str;
@@ -29,5 +37,12 @@ pub trait RosService {
     /// The name of the type as ros2-client's clients and servers take it.
     fn type_name() -> ServiceTypeName {
         ServiceTypeName::new(Self::PACKAGE, Self::NAME)
+    }
+
+    /// The name of the type as [`TypeDescription::of`] takes it, such as `evac_msgs/srv/Step`.
+    ///
+    /// [`TypeDescription::of`]: crate::type_description_interfaces::TypeDescription::of
+    fn full_name() -> String {
+        format!("{}/srv/{}", Self::PACKAGE, Self::NAME)
     }
 }

@@ -11,131 +11,132 @@ use evac_msgs::{
     ActionCommand, EpisodeStatus, Header, Image, QValues, Reset, RosMessage, RosService, Step,
     Time, TrainingStatus,
     builtin_interfaces::Duration,
-    diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue},
+    definition::{Definition, definitions},
+    diagnostic_msgs::{self, DiagnosticArray, DiagnosticStatus},
     geometry_msgs, nav_msgs,
     rosgraph_msgs::Clock,
     sensor_msgs, status,
     std_msgs::ColorRGBA,
     tf2_msgs::TFMessage,
+    type_description_interfaces::{
+        self, Field, FieldType, GetTypeDescription, IndividualTypeDescription, TypeDescription,
+    },
     visualization_msgs,
     visualization_msgs::Marker,
 };
 use serde::de::DeserializeOwned;
 use serde_reflection::{ContainerFormat, Format, Samples, Tracer, TracerConfig};
 
-use standard::DEFINITIONS;
+/// The packages whose messages are types of ros2-client, or are never sent.
+const WITHOUT_RUST_TYPES: [&str; 2] = ["rcl_interfaces", "service_msgs"];
 
-mod standard;
+/// Name and type of each field.
+type Fields = Vec<(String, FieldType)>;
 
-/// What a definition says of a message, or of one half of a service.
-#[derive(Debug, Default, PartialEq)]
-struct Definition {
-    /// Name and value of each constant; every one of this package is an `uint8`.
-    constants: BTreeMap<String, i32>,
-    /// Type and name of each field.
-    fields: Vec<(String, String)>,
-}
-
-impl Definition {
-    /// Reads the lines of a `.msg` file or of one half of a `.srv` file.
-    fn parse(text: &str) -> Self {
-        let mut definition = Definition::default();
-        for line in text.lines() {
-            let line = line.split('#').next().unwrap_or_default().trim();
-            if line.is_empty() {
-                continue;
+/// What a definition says of its constants: those of each part, a message or one half of a service.
+fn defined_constants(full_name: &str) -> Vec<BTreeMap<String, i32>> {
+    let (_, text) = definitions().find(|(name, _)| *name == full_name).expect(full_name);
+    let parts = Definition::parse("", text).into_iter();
+    parts
+        .map(|part| {
+            let mut constants = BTreeMap::new();
+            for (name, value) in part.constants {
+                let value = value.parse().expect("every constant here is a whole number");
+                assert_eq!(constants.insert(name, value), None, "defined twice in {full_name}");
             }
-            let (ros_type, rest) = line.split_once(' ').expect("a type and a name");
-            // The same on the wire; Rust has no other name for it.
-            let ros_type = if ros_type == "byte" { "uint8" } else { ros_type };
-            match rest.split_once('=') {
-                Some((name, value)) => {
-                    let value = match ros_type {
-                        "uint8" => value.trim().parse::<u8>().map(i32::from),
-                        "int32" => value.trim().parse(),
-                        _ => panic!("no constant here is of this type: {line}"),
-                    };
-                    let value = value.expect("a value of its type");
-                    let name = name.trim().to_owned();
-                    let earlier = definition.constants.insert(name, value);
-                    assert_eq!(earlier, None, "defined twice: {line}");
-                }
-                None => definition.fields.push((ros_type.to_owned(), rest.trim().to_owned())),
-            }
-        }
-        definition
-    }
-}
-
-/// The fields of `T` as ROS would define them, and those of every type inside it, by the Rust name.
-fn rust_fields<T: DeserializeOwned>() -> BTreeMap<String, Vec<(String, String)>> {
-    let mut tracer = Tracer::new(TracerConfig::default());
-    tracer.trace_type::<T>(&Samples::new()).expect("the type can be traced");
-    let registry = tracer.registry().expect("the trace is complete");
-    registry
-        .into_iter()
-        .map(|(name, container)| {
-            let ContainerFormat::Struct(fields) = container else {
-                panic!("{name} is not a struct with named fields: {container:?}");
-            };
-            let fields =
-                fields.into_iter().map(|field| (ros_type(&field.value), field.name)).collect();
-            (name, fields)
+            constants
         })
         .collect()
 }
 
-/// The type of a Rust field as a `.msg` file writes it.
-fn ros_type(format: &Format) -> String {
+/// The fields of `T`, and those of every type inside it, by the Rust name.
+fn rust_fields<T: DeserializeOwned>() -> BTreeMap<String, Vec<(String, Format)>> {
+    let mut tracer = Tracer::new(TracerConfig::default());
+    tracer.trace_type::<T>(&Samples::new()).expect("the type can be traced");
+    let registry = tracer.registry().expect("the trace is complete");
+    let fields = |(name, container)| {
+        let ContainerFormat::Struct(fields) = container else {
+            panic!("{name} is not a struct with named fields: {container:?}");
+        };
+        (name, fields.into_iter().map(|field| (field.name, field.value)).collect())
+    };
+    registry.into_iter().map(fields).collect()
+}
+
+/// The type of a Rust field as ROS describes it; `full_name` gives the full name of a Rust type.
+fn ros_type(format: &Format, full_name: &impl Fn(&str) -> String) -> FieldType {
+    let plain = |type_id| FieldType { type_id, ..Default::default() };
     match format {
-        Format::Bool => "bool".to_owned(),
-        Format::U8 => "uint8".to_owned(),
-        Format::I32 => "int32".to_owned(),
-        Format::U32 => "uint32".to_owned(),
-        Format::U64 => "uint64".to_owned(),
-        Format::F32 => "float32".to_owned(),
-        Format::F64 => "float64".to_owned(),
-        Format::Str => "string".to_owned(),
-        Format::Seq(element) => format!("{}[]", ros_type(element)),
-        Format::TupleArray { content, size } => match content.as_ref() {
+        Format::Bool => plain(FieldType::FIELD_TYPE_BOOLEAN),
+        Format::U8 => plain(FieldType::FIELD_TYPE_UINT8),
+        Format::I32 => plain(FieldType::FIELD_TYPE_INT32),
+        Format::U32 => plain(FieldType::FIELD_TYPE_UINT32),
+        Format::U64 => plain(FieldType::FIELD_TYPE_UINT64),
+        Format::F32 => plain(FieldType::FIELD_TYPE_FLOAT),
+        Format::F64 => plain(FieldType::FIELD_TYPE_DOUBLE),
+        Format::Str => plain(FieldType::FIELD_TYPE_STRING),
+        Format::Seq(element) => {
+            let element = ros_type(element, full_name);
+            FieldType { type_id: element.type_id + FieldType::UNBOUNDED_SEQUENCE, ..element }
+        }
+        Format::TupleArray { content, size } => {
             // A matrix is on the wire what its rows are, one after the other; ROS knows no matrices.
-            Format::TupleArray { content, size: columns } => {
-                format!("{}[{}]", ros_type(content), size * columns)
-            }
-            content => format!("{}[{size}]", ros_type(content)),
+            let (element, size) = match content.as_ref() {
+                Format::TupleArray { content, size: columns } => (content, size * columns),
+                _ => (content, *size),
+            };
+            let element = ros_type(element, full_name);
+            let type_id = element.type_id + FieldType::ARRAY;
+            FieldType { type_id, capacity: size as u64, ..element }
+        }
+        Format::TypeName(rust_name) => FieldType {
+            nested_type_name: full_name(rust_name),
+            ..plain(FieldType::FIELD_TYPE_NESTED_TYPE)
         },
-        Format::TypeName(rust_name) => standard_name(rust_name).to_owned(),
         other => panic!("no ROS type is known for {other:?}"),
     }
 }
 
-/// The full ROS name of a standard type: serde knows it only by the name of its struct.
-fn standard_name(rust_name: &str) -> &'static str {
-    DEFINITIONS
-        .iter()
-        .map(|(full_name, _)| *full_name)
-        .find(|full_name| full_name.ends_with(&format!("/{rust_name}")))
-        .unwrap_or_else(|| panic!("{rust_name} is not one of the standard definitions"))
+/// The fields of a description, without what CDR and Rust do not tell apart.
+fn described_fields(fields: &[Field]) -> Fields {
+    let field = |field: &Field| {
+        let mut described = field.r#type.clone();
+        described.string_capacity = 0;
+        described.type_id = match described.type_id {
+            FieldType::FIELD_TYPE_BYTE => FieldType::FIELD_TYPE_UINT8,
+            FieldType::FIELD_TYPE_BOUNDED_STRING => FieldType::FIELD_TYPE_STRING,
+            other => other,
+        };
+        (field.name.clone(), described)
+    };
+    fields.iter().map(field).collect()
 }
 
-/// What ROS says of a standard type.
-fn standard_definition(full_name: &str) -> Definition {
-    let (_, text) = DEFINITIONS.into_iter().find(|(name, _)| *name == full_name).expect(full_name);
-    Definition::parse(text)
+/// What Rust calls a type with this full name, such as `std_msgs/msg/Header` or
+/// `evac_msgs/srv/Step_Request`.
+fn rust_name(full_name: &str) -> &str {
+    full_name.rsplit(['/', '_']).next().unwrap_or_default()
 }
 
-/// Fails unless `T`, whose struct is called `rust_name`, has the fields of `definition`, and every
-/// type inside it those of its standard definition.
-fn assert_same_fields<T: DeserializeOwned>(what: &str, rust_name: &str, definition: &Definition) {
-    let mut containers = rust_fields::<T>();
-    let fields = containers
-        .remove(rust_name)
-        .unwrap_or_else(|| panic!("{what}: the Rust type is not called {rust_name}"));
-    assert_eq!(fields, definition.fields, "{what}: Rust left, ROS right");
-    for (inner, fields) in containers {
-        let full_name = standard_name(&inner);
-        let expected = standard_definition(full_name);
-        assert_eq!(fields, expected.fields, "{full_name}: Rust left, ROS right");
+/// Fails unless `T` and every type inside it have the fields of their definitions.
+fn assert_same_fields<T: DeserializeOwned>(full_name: &str) {
+    let description = TypeDescription::of(full_name).expect(full_name);
+    let TypeDescription { type_description, mut referenced_type_descriptions } = description;
+    referenced_type_descriptions.push(type_description);
+    let types: BTreeMap<&str, &IndividualTypeDescription> =
+        referenced_type_descriptions.iter().map(|t| (rust_name(&t.type_name), t)).collect();
+    let name_of = |rust_name: &str| match types.get(rust_name) {
+        Some(described) => described.type_name.clone(),
+        None => panic!("{full_name} has no {rust_name} in it"),
+    };
+    let containers = rust_fields::<T>();
+    assert!(containers.keys().eq(types.keys()), "{full_name}: {:?}", containers.keys());
+    for (rust_name, fields) in containers {
+        let fields = fields.into_iter().map(|(name, format)| (name, ros_type(&format, &name_of)));
+        let described = types[rust_name.as_str()];
+        let expected = described_fields(&described.fields);
+        let name = &described.type_name;
+        assert_eq!(fields.collect::<Fields>(), expected, "{name}: Rust left, ROS right");
     }
 }
 
@@ -151,30 +152,22 @@ fn package() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Compares the definition in `msg/` with the Rust type `T`.
-fn assert_message<T: RosMessage>(constants: BTreeMap<String, i32>) {
-    assert_eq!(T::PACKAGE, "evac_msgs");
-    let file = format!("msg/{}.msg", T::NAME);
-    let text = fs::read_to_string(package().join(&file)).expect(&file);
-    let definition = Definition::parse(&text);
-    assert_same_fields::<T>(&file, T::NAME, &definition);
-    assert_eq!(constants, definition.constants, "{file}: Rust left");
+/// Compares a definition with the Rust type `T`: its name.
+fn assert_message<T: RosMessage>(constants: BTreeMap<String, i32>) -> String {
+    let name = T::full_name();
+    assert_same_fields::<T>(&name);
+    assert_eq!([constants][..], defined_constants(&name), "{name}: Rust left, ROS right");
+    name
 }
 
-/// Compares the definition in `srv/` with the request and the response of `S`.
-fn assert_service<S: RosService>() {
-    assert_eq!(S::PACKAGE, "evac_msgs");
-    let file = format!("srv/{}.srv", S::NAME);
-    let text = fs::read_to_string(package().join(&file)).expect(&file);
-    let halves: Vec<&str> = text.split("\n---\n").collect();
-    let [request, response] = halves[..] else {
-        panic!("{file}: a request, a line of three dashes, a response");
-    };
-    let (request, response) = (Definition::parse(request), Definition::parse(response));
-    assert_same_fields::<S::Request>(&format!("{file}, request"), "Request", &request);
-    assert_same_fields::<S::Response>(&format!("{file}, response"), "Response", &response);
-    assert_eq!(request.constants, BTreeMap::new(), "{file}, request");
-    assert_eq!(status_constants(), response.constants, "{file}, response: Rust left");
+/// Compares a definition with the request and the response of `S`: its name.
+fn assert_service<S: RosService>(response_constants: BTreeMap<String, i32>) -> String {
+    let name = S::full_name();
+    assert_same_fields::<S::Request>(&format!("{name}_Request"));
+    assert_same_fields::<S::Response>(&format!("{name}_Response"));
+    let constants = [BTreeMap::new(), response_constants];
+    assert_eq!(constants[..], defined_constants(&name), "{name}: Rust left, ROS right");
+    name
 }
 
 fn status_constants() -> BTreeMap<String, i32> {
@@ -220,34 +213,43 @@ fn training_status_is_its_definition() {
 
 #[test]
 fn reset_is_its_definition() {
-    assert_service::<Reset>();
+    assert_service::<Reset>(status_constants());
 }
 
 #[test]
 fn step_is_its_definition() {
-    assert_service::<Step>();
+    assert_service::<Step>(status_constants());
 }
 
-/// Compares a standard definition with the Rust type `T`: its name.
-fn assert_standard<T: RosMessage>(constants: BTreeMap<String, i32>) -> String {
-    let full_name = format!("{}/{}", T::PACKAGE, T::NAME);
-    let definition = standard_definition(&full_name);
-    assert_same_fields::<T>(&full_name, T::NAME, &definition);
-    assert_eq!(constants, definition.constants, "{full_name}: Rust left, ROS right");
-    full_name
+/// The constants of a type, and those that ROS has for arrays and sequences of it.
+fn field_type_constants() -> BTreeMap<String, i32> {
+    let mut constants = constants!(FieldType: FIELD_TYPE_NESTED_TYPE, FIELD_TYPE_INT8,
+        FIELD_TYPE_UINT8, FIELD_TYPE_INT16, FIELD_TYPE_UINT16, FIELD_TYPE_INT32, FIELD_TYPE_UINT32,
+        FIELD_TYPE_INT64, FIELD_TYPE_UINT64, FIELD_TYPE_FLOAT, FIELD_TYPE_DOUBLE,
+        FIELD_TYPE_LONG_DOUBLE, FIELD_TYPE_CHAR, FIELD_TYPE_WCHAR, FIELD_TYPE_BOOLEAN,
+        FIELD_TYPE_BYTE, FIELD_TYPE_STRING, FIELD_TYPE_WSTRING, FIELD_TYPE_FIXED_STRING,
+        FIELD_TYPE_FIXED_WSTRING, FIELD_TYPE_BOUNDED_STRING, FIELD_TYPE_BOUNDED_WSTRING);
+    let sums = constants!(FieldType: ARRAY, BOUNDED_SEQUENCE, UNBOUNDED_SEQUENCE);
+    for (name, value) in constants.clone() {
+        for (suffix, offset) in &sums {
+            constants.insert(format!("{name}_{suffix}"), value + offset);
+        }
+    }
+    constants.extend(constants!(FieldType: FIELD_TYPE_NOT_SET));
+    constants
 }
 
 #[test]
 fn standard_types_are_those_of_ros() {
     fn plain<T: RosMessage>() -> String {
-        assert_standard::<T>(BTreeMap::new())
+        assert_message::<T>(BTreeMap::new())
     }
     let compared = [
         plain::<Duration>(),
         plain::<Time>(),
         plain::<DiagnosticArray>(),
-        assert_standard::<DiagnosticStatus>(constants!(DiagnosticStatus: OK, WARN, ERROR, STALE)),
-        plain::<KeyValue>(),
+        assert_message::<DiagnosticStatus>(constants!(DiagnosticStatus: OK, WARN, ERROR, STALE)),
+        plain::<diagnostic_msgs::KeyValue>(),
         plain::<geometry_msgs::Point>(),
         plain::<geometry_msgs::Pose>(),
         plain::<geometry_msgs::PoseStamped>(),
@@ -268,14 +270,26 @@ fn standard_types_are_those_of_ros() {
         plain::<ColorRGBA>(),
         plain::<Header>(),
         plain::<TFMessage>(),
-        assert_standard::<Marker>(constants!(Marker: ARROW, CUBE, SPHERE, CYLINDER, LINE_STRIP,
+        plain::<type_description_interfaces::Field>(),
+        assert_message::<FieldType>(field_type_constants()),
+        plain::<IndividualTypeDescription>(),
+        plain::<type_description_interfaces::KeyValue>(),
+        plain::<TypeDescription>(),
+        plain::<type_description_interfaces::TypeSource>(),
+        assert_service::<GetTypeDescription>(BTreeMap::new()),
+        assert_message::<Marker>(constants!(Marker: ARROW, CUBE, SPHERE, CYLINDER, LINE_STRIP,
             LINE_LIST, CUBE_LIST, SPHERE_LIST, POINTS, TEXT_VIEW_FACING, MESH_RESOURCE,
             TRIANGLE_LIST, ARROW_STRIP, ADD, MODIFY, DELETE, DELETEALL)),
         plain::<visualization_msgs::MarkerArray>(),
         plain::<visualization_msgs::MeshFile>(),
         plain::<visualization_msgs::UVCoordinate>(),
     ];
-    assert_eq!(compared, DEFINITIONS.map(|(name, _)| name), "compared left, defined right");
+    let package = |name: &str| name.split('/').next().map(str::to_owned).unwrap_or_default();
+    let standard = definitions().map(|(name, _)| name).filter(|name| {
+        let package = package(name);
+        package != "evac_msgs" && !WITHOUT_RUST_TYPES.contains(&package.as_str())
+    });
+    assert_eq!(compared, standard.collect::<Vec<_>>()[..], "compared left, defined right");
 }
 
 /// As in ROS, where a quaternion of four zeros would be no rotation at all.
@@ -289,14 +303,20 @@ fn a_pose_that_nobody_turned_is_not_turned() {
 /// types that the tests above compare: one that is new anywhere must be new everywhere.
 #[test]
 fn every_definition_has_its_rust_type_and_is_built() {
-    let messages = [ActionCommand::NAME, EpisodeStatus::NAME, QValues::NAME, TrainingStatus::NAME];
-    let services = [Reset::NAME, Step::NAME];
-    let mut tested: Vec<String> = messages
-        .iter()
-        .map(|name| format!("msg/{name}.msg"))
-        .chain(services.iter().map(|name| format!("srv/{name}.srv")))
-        .collect();
-    tested.sort();
+    let names = [
+        ActionCommand::full_name(),
+        EpisodeStatus::full_name(),
+        QValues::full_name(),
+        TrainingStatus::full_name(),
+        Reset::full_name(),
+        Step::full_name(),
+    ];
+    // As files: msg/ActionCommand.msg.
+    let file = |name: &str| {
+        let (_, path) = name.split_once('/').unwrap();
+        format!("{path}.{}", &path[..3])
+    };
+    let tested = names.map(|name| file(&name));
 
     let mut defined = Vec::new();
     for extension in ["msg", "srv"] {
@@ -305,8 +325,11 @@ fn every_definition_has_its_rust_type_and_is_built() {
             defined.push(relative.to_str().unwrap().to_owned());
         }
     }
-    defined.sort();
-    assert_eq!(tested, defined, "Rust types left, files right");
+    assert_eq!(tested, defined[..], "Rust types left, files right");
+
+    let (own, standard): (Vec<_>, Vec<_>) =
+        definitions().map(|(name, _)| name).partition(|name| name.starts_with("evac_msgs/"));
+    assert_eq!(own.into_iter().map(file).collect::<Vec<_>>(), defined, "text left, files right");
 
     let cmake = fs::read_to_string(package().join("CMakeLists.txt")).unwrap();
     let mut built: Vec<&str> =
@@ -328,10 +351,7 @@ fn every_definition_has_its_rust_type_and_is_built() {
             }
         }
     }
-    let standard = DEFINITIONS.map(|(name, _)| {
-        let (_, name) = name.split_once('/').unwrap();
-        format!("msg/{name}.msg")
-    });
+    let standard: Vec<String> = standard.into_iter().map(file).collect();
     implemented.retain(|name| !standard.contains(name));
     implemented.sort();
     assert_eq!(implemented, defined, "sources left, files right");

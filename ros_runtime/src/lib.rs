@@ -16,7 +16,8 @@
 //! - [`clock`]: the time on the wall, or that of `/clock`: `use_sim_time`.
 //! - [`diagnostics`]: how the parts of a node are, once a second.
 //! - [`node`]: a node with its publishers, subscriptions and services; a publisher knows whether
-//!   anybody reads, so that nothing is serialised for nobody.
+//!   anybody reads, so that nothing is serialised for nobody, and the node describes its types to
+//!   whoever asks.
 //! - [`service`]: a client that repeats a request until its deadline, because one datagram may be
 //!   lost and a server cannot know whether its answer is heard.
 //! - [`latency`]: how long a service's answers take.
@@ -39,6 +40,7 @@ pub mod server;
 pub mod service;
 pub mod shutdown;
 pub mod spin;
+mod types;
 
 pub use arguments::Arguments;
 pub use clock::Clock;

@@ -5,7 +5,9 @@ use std::{
     sync::{Arc, Mutex, MutexGuard},
 };
 
-use evac_msgs::{RosMessage, RosService, rosgraph_msgs};
+use evac_msgs::{
+    RosMessage, RosService, rosgraph_msgs, type_description_interfaces::GetTypeDescription,
+};
 use futures::{Stream, stream};
 use log::{debug, warn};
 pub use ros2_client::Subscription;
@@ -33,6 +35,7 @@ use crate::{
     service::{ServiceClient, SharedNode, create_client, services},
     shutdown::Shutdown,
     spin,
+    types::Types,
 };
 
 /// Why a node cannot be made, or not have one of its topics or services.
@@ -103,6 +106,7 @@ pub struct Node {
     clock: Clock,
     diagnostics: Diagnostics,
     graph: Graph,
+    types: Types,
     shutdown: Shutdown,
 }
 
@@ -128,6 +132,10 @@ impl Node {
         discovery::warn_of_static_peers();
         let parameters = Parameters::new(&naming, arguments)?;
         let clock = Clock::declare(&parameters)?;
+        let types = Types::declare(&parameters)?;
+        // What ros2-client's node publishes by itself.
+        types.add("rcl_interfaces/msg/Log");
+        types.add("rcl_interfaces/msg/ParameterEvent");
         let participant = discovery.participant()?;
         // One thread for signals, timers, the graph and the parameter services.
         let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -152,7 +160,7 @@ impl Node {
         logging::publish_to(node.logging_handle());
         let node = SharedNode::new(node, rmw.service_mapping());
         let diagnostics = Diagnostics::default();
-        Ok(Node { runtime, node, naming, parameters, clock, diagnostics, graph, shutdown })
+        Ok(Node { runtime, node, naming, parameters, clock, diagnostics, graph, types, shutdown })
     }
 
     /// The node's name and remappings.
@@ -228,6 +236,7 @@ impl Node {
         service: &str,
     ) -> Result<ServiceServer<S>, NodeError> {
         let name = self.naming.resolve(service)?;
+        self.types.add(&S::full_name());
         ServiceServer::new(name.clone(), self.node.clone()).map_err(endpoint(&name))
     }
 
@@ -237,6 +246,7 @@ impl Node {
         service: &str,
     ) -> Result<ServiceClient<S>, NodeError> {
         let name = self.naming.resolve(service)?;
+        self.types.add(&S::full_name());
         let client = create_client::<S>(&self.node, &name).map_err(endpoint(&name))?;
         // As rmw names it.
         let request_topic = format!("rq{name}Request");
@@ -252,8 +262,9 @@ impl Node {
         })
     }
 
-    /// Begins to do what every ROS node does besides its work: to answer `ros2 param`, and to
-    /// publish `/parameter_events` and `/diagnostics`, and to go by `/clock` if it should. Call it when every parameter is declared.
+    /// Begins to do what every ROS node does besides its work: to answer `ros2 param`, to describe
+    /// its types, to publish `/parameter_events` and `/diagnostics`, and to go by `/clock` if it
+    /// should. Call it when every parameter is declared.
     pub fn start_services(&mut self) -> Result<(), NodeError> {
         let services = ParameterServices {
             get: self.parameter_server("GetParameters", "get_parameters")?,
@@ -265,6 +276,10 @@ impl Node {
                 .parameter_server("SetParametersAtomically", "set_parameters_atomically")?,
         };
         self.runtime.spawn(services.serve(self.parameters.clone()));
+        if self.types.are_served() {
+            let server = self.create_server::<GetTypeDescription>("~/get_type_description")?;
+            self.runtime.spawn(self.types.clone().serve(server));
+        }
         self.publish_parameter_events();
         let publisher = self.create_publisher("/diagnostics", reliable(10))?;
         let diagnostics = self.diagnostics.clone();
@@ -315,6 +330,7 @@ impl Node {
     {
         let name = self.naming.resolve(&format!("~/{name}"))?;
         let dds_name = Name::parse(&name).map_err(endpoint(&name))?;
+        self.types.add(&format!("rcl_interfaces/srv/{service_type}"));
         let service_type = ServiceTypeName::new("rcl_interfaces", service_type);
         let mapping = self.node.mapping;
         self.node()
@@ -332,6 +348,7 @@ impl Node {
         qos: &QosProfile,
     ) -> Result<rustdds::Topic, NodeError> {
         let dds_name = Name::parse(name).map_err(endpoint(name))?;
+        self.types.add(&M::full_name());
         self.node().create_topic(&dds_name, M::type_name(), qos).map_err(endpoint(name))
     }
 }

@@ -10,7 +10,7 @@ use std::process::{Command, Stdio};
 
 use evac_msgs::{
     ActionCommand, EpisodeStatus, Header, Image, QValues, Reset, RosMessage, RosService, Step,
-    Time, TrainingStatus, reset, status, step,
+    Time, TrainingStatus, reset, status, step, type_description_interfaces::TypeDescription,
 };
 use rustdds::RepresentationIdentifier;
 use rustdds::serialization::{deserialize_from_cdr_with_rep_id, to_writer_with_rep_id};
@@ -47,8 +47,7 @@ impl Case {
 }
 
 fn message_cases<T: RosMessage + PartialEq + Debug>(values: &[T]) -> Vec<Case> {
-    let ros_type = format!("{}/msg/{}", T::PACKAGE, T::NAME);
-    values.iter().map(|v| Case::new(&ros_type, v)).collect()
+    values.iter().map(|v| Case::new(&T::full_name(), v)).collect()
 }
 
 fn service_cases<S: RosService>(requests: &[S::Request], responses: &[S::Response]) -> Vec<Case>
@@ -56,7 +55,7 @@ where
     S::Request: PartialEq + Debug,
     S::Response: PartialEq + Debug,
 {
-    let ros_type = format!("{}/srv/{}", S::PACKAGE, S::NAME);
+    let ros_type = S::full_name();
     let (request, response) = (format!("{ros_type}_Request"), format!("{ros_type}_Response"));
     let requests = requests.iter().map(|v| Case::new(&request, v));
     let responses = responses.iter().map(|v| Case::new(&response, v));
@@ -163,6 +162,12 @@ fn training_statuses() -> Vec<TrainingStatus> {
     [TrainingStatus::default()].into_iter().chain(filled).collect()
 }
 
+fn type_descriptions() -> Vec<TypeDescription> {
+    let names = [Time::full_name(), QValues::full_name(), Step::full_name()];
+    let described = names.iter().map(|name| TypeDescription::of(name).expect("a definition"));
+    [TypeDescription::default()].into_iter().chain(described).collect()
+}
+
 fn reset_requests() -> Vec<reset::Request> {
     let requests = strings().into_iter().map(|scenario| reset::Request {
         request: u64::MAX,
@@ -250,6 +255,7 @@ fn every_message_has_the_bytes_of_an_independent_encoder() {
         message_cases(&episode_statuses()),
         message_cases(&q_values()),
         message_cases(&training_statuses()),
+        message_cases(&type_descriptions()),
         service_cases::<Reset>(&reset_requests(), &reset_responses()),
         service_cases::<Step>(&step_requests(), &step_responses()),
     ]

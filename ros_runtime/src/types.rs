@@ -1,0 +1,129 @@
+//! What the topics and services of a node carry, for whoever asks `~/get_type_description`
+//! (REP-2016).
+
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, Mutex, MutexGuard},
+};
+
+use evac_msgs::type_description_interfaces::{
+    GetTypeDescription, TypeDescription,
+    get_type_description::{Request, Response},
+};
+use thiserror::Error;
+
+use crate::{
+    parameters::{Descriptor, ParameterError, Parameters},
+    server::ServiceServer,
+};
+
+/// Whether the service is there; rclcpp and rclpy know the parameter by this name, too.
+const START_TYPE_DESCRIPTION_SERVICE: &str = "start_type_description_service";
+
+/// Why a type is not described.
+#[derive(Debug, Error, PartialEq)]
+enum Refusal {
+    #[error("type_name is '{name}': this node has {}", used.join(", "))]
+    NotUsed { name: String, used: Vec<String> },
+    #[error("type_hash is '{hash}': expected {expected} for {name}")]
+    OtherHash { hash: String, expected: String, name: String },
+}
+
+/// The types that a node uses; a cheap handle that can be shared.
+#[derive(Clone, Default)]
+pub(crate) struct Types {
+    are_served: bool,
+    descriptions: Arc<Mutex<BTreeMap<String, TypeDescription>>>,
+}
+
+impl Types {
+    /// No types yet; the parameter that says whether they are served is declared here.
+    pub(crate) fn declare(parameters: &Parameters) -> Result<Types, ParameterError> {
+        let descriptor = Descriptor::read_only("serve ~/get_type_description");
+        let are_served = parameters.declare(START_TYPE_DESCRIPTION_SERVICE, true, descriptor)?;
+        Ok(Types { are_served, ..Types::default() })
+    }
+
+    /// Whether they are to be served.
+    pub(crate) fn are_served(&self) -> bool {
+        self.are_served
+    }
+
+    /// Adds the type with this full name, such as `std_msgs/msg/Header`, if it has a definition.
+    pub(crate) fn add(&self, full_name: &str) {
+        if let Some(description) = TypeDescription::of(full_name) {
+            self.descriptions().insert(full_name.to_owned(), description);
+        }
+    }
+
+    /// Answers for ever.
+    pub(crate) async fn serve(self, server: ServiceServer<GetTypeDescription>) {
+        loop {
+            let (id, request) = server.next_request().await;
+            let response = self.describe(request).unwrap_or_else(|refusal| Response {
+                failure_reason: refusal.to_string(),
+                ..Response::default()
+            });
+            server.answer(id, response).await;
+        }
+    }
+
+    fn describe(&self, request: Request) -> Result<Response, Refusal> {
+        let Request { type_name: name, type_hash: hash, include_type_sources } = request;
+        let descriptions = self.descriptions();
+        let Some(description) = descriptions.get(&name) else {
+            return Err(Refusal::NotUsed { name, used: descriptions.keys().cloned().collect() });
+        };
+        let expected = description.hash();
+        if hash != expected {
+            return Err(Refusal::OtherHash { hash, expected, name });
+        }
+        let type_sources = if include_type_sources { description.sources() } else { vec![] };
+        Ok(Response {
+            successful: true,
+            type_description: description.clone(),
+            type_sources,
+            ..Response::default()
+        })
+    }
+
+    fn descriptions(&self) -> MutexGuard<'_, BTreeMap<String, TypeDescription>> {
+        self.descriptions.lock().expect("nothing panics while it holds this lock")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The answer of a node with two types.
+    fn answer(name: &str, hash: &str, include_type_sources: bool) -> Result<Response, String> {
+        let types = Types::default();
+        for name in ["std_msgs/msg/Header", "evac_msgs/srv/Step", "nobody/msg/Knows"] {
+            types.add(name);
+        }
+        let (type_name, type_hash) = (name.to_owned(), hash.to_owned());
+        let request = Request { type_name, type_hash, include_type_sources };
+        types.describe(request).map_err(|refusal| refusal.to_string())
+    }
+
+    #[test]
+    fn a_type_that_is_used_is_described() {
+        let header = TypeDescription::of("std_msgs/msg/Header").unwrap();
+        let brief = answer("std_msgs/msg/Header", &header.hash(), false).unwrap();
+        assert!(brief.successful && brief.failure_reason.is_empty());
+        assert_eq!((&brief.type_description, brief.type_sources), (&header, vec![]));
+        let full = answer("std_msgs/msg/Header", &header.hash(), true).unwrap();
+        assert_eq!((full.type_description, full.type_sources), (header.clone(), header.sources()));
+    }
+
+    #[test]
+    fn refusals_say_what_would_be_right() {
+        let unused = "type_name is 'std_msgs/msg/ColorRGBA': this node has evac_msgs/srv/Step, \
+                      std_msgs/msg/Header";
+        assert_eq!(answer("std_msgs/msg/ColorRGBA", "", true), Err(unused.to_owned()));
+        let hash = TypeDescription::of("std_msgs/msg/Header").unwrap().hash();
+        let other = format!("type_hash is 'RIHS01_': expected {hash} for std_msgs/msg/Header");
+        assert_eq!(answer("std_msgs/msg/Header", "RIHS01_", true), Err(other));
+    }
+}

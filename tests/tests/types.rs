@@ -1,0 +1,88 @@
+//! What the nodes say of their types, as a client asks for it over DDS.
+
+use evac_msgs::{
+    EpisodeStatus, Image, QValues, Reset, RosMessage, RosService, Step,
+    type_description_interfaces::{
+        GetTypeDescription, TypeDescription,
+        get_type_description::{Request, Response},
+    },
+};
+use evac_tests::{Nodes, PATIENCE};
+use ros_runtime::{Node, service::ServiceClient};
+
+/// A client of the simulator's descriptions.
+struct Client {
+    node: Node,
+    service: ServiceClient<GetTypeDescription>,
+}
+
+impl Client {
+    fn new(nodes: &Nodes) -> Client {
+        let mut node = nodes.client();
+        let service = node.create_client("sim_node/get_type_description").expect("a client");
+        Client { node, service }
+    }
+
+    fn ask(&self, type_name: String, type_hash: &str, include_type_sources: bool) -> Response {
+        let request = Request { type_name, type_hash: type_hash.to_owned(), include_type_sources };
+        self.node.block_on(self.service.call(request, Some(PATIENCE))).expect("an answer")
+    }
+}
+
+#[test]
+fn a_node_describes_what_it_uses_and_nothing_else() {
+    /// The value in `msgs/tests/type_hashes.txt`, which ROS 2 computed.
+    const HASH_OF_IMAGE: &str =
+        "RIHS01_d31d41a9a4c4bc8eae9be757b0beed306564f7526c88ea6a4588fb9582527d47";
+    let mut nodes = Nodes::new();
+    nodes.start_simulator(&[]);
+    let client = Client::new(&nodes);
+
+    let image = client.ask(Image::full_name(), HASH_OF_IMAGE, true);
+    assert!(image.successful, "{}", image.failure_reason);
+    assert_eq!(image.type_description.type_description.type_name, "sensor_msgs/msg/Image");
+    assert_eq!(image.type_description.hash(), HASH_OF_IMAGE);
+    let sources = image.type_sources.iter().map(|source| source.type_name.as_str());
+    let expected = ["sensor_msgs/msg/Image", "builtin_interfaces/msg/Time", "std_msgs/msg/Header"];
+    assert_eq!(sources.collect::<Vec<_>>(), expected);
+
+    // Topics and services of its own, and those that every node has.
+    let names = [
+        EpisodeStatus::full_name(),
+        Reset::full_name(),
+        Step::full_name(),
+        GetTypeDescription::full_name(),
+        "rcl_interfaces/srv/SetParameters".to_owned(),
+        "rcl_interfaces/msg/Log".to_owned(),
+    ];
+    for name in names {
+        let description = TypeDescription::of(&name).expect("a definition");
+        let answer = client.ask(name, &description.hash(), false);
+        assert!(answer.successful, "{}", answer.failure_reason);
+        assert_eq!((answer.type_description, answer.type_sources), (description, vec![]));
+    }
+
+    // What only the agent has, and what somebody else defines otherwise.
+    let values = TypeDescription::of(&QValues::full_name()).expect("a definition").hash();
+    let unused = client.ask(QValues::full_name(), &values, true);
+    assert!(!unused.successful);
+    let reason = "type_name is 'evac_msgs/msg/QValues': this node has ";
+    assert!(unused.failure_reason.starts_with(reason), "{}", unused.failure_reason);
+    assert_eq!((unused.type_description, unused.type_sources), Default::default());
+    let other = client.ask(Image::full_name(), &values, true);
+    let reason =
+        format!("type_hash is '{values}': expected {HASH_OF_IMAGE} for sensor_msgs/msg/Image");
+    assert_eq!((other.successful, other.failure_reason), (false, reason));
+}
+
+#[test]
+fn the_service_can_be_left_out() {
+    let mut nodes = Nodes::new();
+    nodes.start_simulator(&["start_type_description_service:=false"]);
+    let client = Client::new(&nodes);
+    // A service that does answer shows that node and client have met.
+    let mut node = nodes.client();
+    let reset = node.create_client::<Reset>("reset").expect("a client");
+    node.block_on(reset.call(Default::default(), Some(PATIENCE))).expect("an answer");
+    assert_eq!(client.service.servers(), 0);
+}
