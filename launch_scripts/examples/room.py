@@ -43,8 +43,8 @@ class Room:
         for client in (self.resets, self.steps):
             if not client.wait_for_service(timeout_s):
                 raise TimeoutError(f"nobody serves {client.srv_name}: is sim_node running?")
-        # Another client's numbers mean nothing here, nor do those of an earlier run of this one.
-        self.request = random.getrandbits(48)
+        # The upper half of its numbers is a program's name: no other has the same.
+        self.request = random.getrandbits(31) << 32
         self.episode = 0
         self.step_number = 0
 

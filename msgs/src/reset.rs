@@ -17,11 +17,12 @@ impl RosService for Reset {
 }
 
 /// What a client asks of [`Reset`].
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Request {
     /// The client's own number for this reset; 0: none. Repeating the latest number returns the
     /// stored answer and resets nothing, so a lost reply can be asked for again; an older one is
-    /// refused.
+    /// refused. A program draws the upper 32 bits at random: they are its name, whichever of its
+    /// clients asks.
     pub request: u64,
     /// Everything random in the episode, moving obstacles included, follows from this seed.
     /// 0: go on with the simulator's own random state.
@@ -33,7 +34,7 @@ pub struct Request {
 impl Message for Request {}
 
 /// What the simulator answers to [`Reset`].
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Response {
     /// A new episode has begun (or had, if this repeats a request).
     pub success: bool,

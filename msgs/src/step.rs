@@ -21,7 +21,7 @@ impl RosService for Step {
 /// Repeating the last episode and step with the same action returns the stored answer and moves
 /// nothing, so a lost reply can be asked for again. That holds for explicit numbers; the zeros are
 /// for calls by hand.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Request {
     /// The number of the episode; 0: the current one.
     pub episode: u64,

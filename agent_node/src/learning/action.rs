@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 /// The index of an action in the paper's action space, 0 to 6 by construction.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Action(u8);
 
 /// The turns of the actions, in degrees, counter-clockwise (eq. 3).

@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 /// A camera image: 20 x 7 pixels, RGB, 8 bits each, row by row from the top.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Image(Box<[u8; Image::BYTES]>);
 
 /// Why bytes are no image.

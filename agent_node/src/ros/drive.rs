@@ -11,9 +11,9 @@ use ros_runtime::{
 };
 
 use super::{
+    conversation::image,
     diagnostics::DriverState,
     parameters::{Defaults, model_directory, model_settings},
-    simulator::image,
 };
 use crate::{
     learning::{

@@ -2,6 +2,7 @@
 
 pub mod commands;
 mod console;
+pub mod conversation;
 mod diagnostics;
 pub mod drive;
 mod escapes;

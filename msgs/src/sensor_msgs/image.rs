@@ -6,7 +6,7 @@ use crate::{Header, RosMessage};
 /// `sensor_msgs/msg/Image`: an uncompressed image.
 ///
 /// `Image::default()` is the empty image (0 x 0, no bytes) that a refused request is answered with.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Image {
     /// When the image was taken, and the optical frame of the camera (z forward, x right, y down).
     pub header: Header,

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use crate::{RosMessage, Time};
 
 /// `std_msgs/msg/Header`: when and in which frame the data of a message hold.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Header {
     /// When, on the simulator's clock.
     pub stamp: Time,

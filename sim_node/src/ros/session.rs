@@ -5,7 +5,10 @@
 //! executed before is answered as before and executes nothing; one that fits nowhere is refused and
 //! changes nothing. No DDS here: messages in, messages out.
 
-use std::{collections::VecDeque, num::NonZeroU64};
+use std::{
+    collections::VecDeque,
+    num::{NonZeroU32, NonZeroU64},
+};
 
 use evac_msgs::{ActionCommand, EpisodeStatus, Header, Image, Time, reset, status, step};
 use nalgebra::Isometry2;
@@ -21,7 +24,7 @@ use crate::{
 pub type ClientId = [u8; 16];
 
 /// How many clients' latest resets are remembered. Who returns after so many others is a new one.
-const CLIENTS: usize = 64;
+const NUMBERINGS: usize = 64;
 
 /// How many steps of an episode find room in the path from the start, so that none of them waits for
 /// memory: as many as an episode usually has at most.
@@ -46,6 +49,7 @@ pub struct Visit {
 }
 
 /// A room, its episode, and what was asked of it so far.
+#[derive(Clone)]
 pub struct Session {
     world: World,
     camera: Camera,
@@ -60,20 +64,22 @@ pub struct Session {
     /// How long a move by `/action` takes, in nanoseconds.
     motion_time: u64,
     motion: Option<Motion>,
-    /// The upper half of this simulator's episode numbers.
-    simulator: u32,
+    /// The upper half of this simulator's episode numbers; 0 marks those that no simulator gave.
+    simulator: NonZeroU32,
     /// The lower half of the present one's.
     episode: u32,
     seed: u64,
     /// The pose that the episode began with, and that after each step.
     path: Vec<Visit>,
     control: Option<Control>,
-    clients: VecDeque<(ClientId, u64)>,
+    /// Who has numbered resets, and the latest number of each.
+    numberings: VecDeque<(Numbering, u64)>,
     latest_reset: Option<LatestReset>,
     latest_step: Option<(u8, step::Response)>,
 }
 
 /// A move that takes its time.
+#[derive(Clone)]
 struct Motion {
     action: Action,
     /// When it ends, by the clock on the wall.
@@ -87,8 +93,19 @@ enum Control {
     Topic,
 }
 
+/// Whose numbers those of a reset are.
+#[derive(Clone, Copy, PartialEq)]
+enum Numbering {
+    /// Small numbers are the client's own.
+    Client(ClientId),
+    /// A program draws the upper half of its numbers. It may have to ask again by a new client, and is
+    /// still the same to the room.
+    Drawn(NonZeroU32),
+}
+
+#[derive(Clone)]
 struct LatestReset {
-    client: ClientId,
+    numbering: Numbering,
     request: reset::Request,
     response: reset::Response,
 }
@@ -109,6 +126,17 @@ impl Session {
     ///
     /// `step_duration` is the simulated time of a step in seconds.
     pub fn new(world: World, camera: Camera, step_duration: f64) -> (Session, Executed) {
+        Session::numbered(rand::rng().random(), world, camera, step_duration)
+    }
+
+    /// As [`Session::new`], with the upper half of the episodes' numbers, which must not be that of
+    /// an earlier start.
+    pub fn numbered(
+        simulator: NonZeroU32,
+        world: World,
+        camera: Camera,
+        step_duration: f64,
+    ) -> (Session, Executed) {
         let mut session = Session {
             path: Vec::with_capacity(world.max_steps().min(PATH_CAPACITY) as usize + 1),
             world,
@@ -119,12 +147,11 @@ impl Session {
             settled: 0,
             motion_time: 0,
             motion: None,
-            // Never 0, which marks numbers that no simulator gave.
-            simulator: rand::rng().random_range(1..=u32::MAX),
+            simulator,
             episode: 0,
             seed: 0,
             control: None,
-            clients: VecDeque::new(),
+            numberings: VecDeque::new(),
             latest_reset: None,
             latest_step: None,
         };
@@ -195,7 +222,7 @@ impl Session {
 
     /// The number of the present episode.
     pub fn episode_number(&self) -> u64 {
-        u64::from(self.simulator) << 32 | u64::from(self.episode)
+        u64::from(self.simulator.get()) << 32 | u64::from(self.episode)
     }
 
     /// Answers `/reset`. `default_scenario` is for requests that name none.
@@ -240,16 +267,18 @@ impl Session {
         if request.request == 0 {
             return None;
         }
+        let numbering = Numbering::of(client, request.request);
         if let Some(latest) = &self.latest_reset {
             // By hand each call is a client of its own: there the whole request must be the same, and
             // nothing have happened since.
-            let same_client = latest.client == client && latest.request.request == request.request;
+            let same_number =
+                latest.numbering == numbering && latest.request.request == request.request;
             let by_hand = latest.request == *request && self.world.steps() == 0;
-            if same_client || by_hand {
+            if same_number || by_hand {
                 return Some(Ok(latest.response.clone()));
             }
         }
-        let (_, latest) = self.clients.iter().find(|(known, _)| *known == client)?;
+        let (_, latest) = self.numberings.iter().find(|(known, _)| *known == numbering)?;
         let number = request.request;
         (number <= *latest).then(|| {
             let message = match number == *latest {
@@ -268,13 +297,14 @@ impl Session {
     ) {
         self.latest_reset = None;
         if request.request != 0 {
-            self.clients.retain(|(known, _)| *known != client);
-            self.clients.push_back((client, request.request));
-            if self.clients.len() > CLIENTS {
-                self.clients.pop_front();
+            let numbering = Numbering::of(client, request.request);
+            self.numberings.retain(|(known, _)| *known != numbering);
+            self.numberings.push_back((numbering, request.request));
+            if self.numberings.len() > NUMBERINGS {
+                self.numberings.pop_front();
             }
             let (request, response) = (request.clone(), response.clone());
-            self.latest_reset = Some(LatestReset { client, request, response });
+            self.latest_reset = Some(LatestReset { numbering, request, response });
         }
     }
 
@@ -407,16 +437,16 @@ impl Session {
 
     fn check_episode(&self, number: u64) -> Result<(), Refusal> {
         let current = self.episode_number();
-        let (simulator, episode) = ((number >> 32) as u32, number as u32);
+        let (simulator, episode) = (upper_half(number), number as u32);
         if number == 0 || number == current {
             Ok(())
-        } else if simulator != self.simulator && simulator != 0 {
+        } else if simulator.is_some_and(|simulator| simulator != self.simulator) {
             let message = format!(
                 "episode {number} is of another start of the simulator: it was restarted, and the \
                  episode is now {current}"
             );
             Err((status::SIMULATOR_RESTARTED, message))
-        } else if simulator == self.simulator && (1..self.episode).contains(&episode) {
+        } else if simulator == Some(self.simulator) && (1..self.episode).contains(&episode) {
             let message = format!("a later reset has replaced episode {number} by {current}");
             Err((status::SUPERSEDED, message))
         } else {
@@ -506,6 +536,17 @@ impl Session {
         };
         Executed { image, status }
     }
+}
+
+impl Numbering {
+    fn of(client: ClientId, request: u64) -> Numbering {
+        upper_half(request).map_or(Numbering::Client(client), Numbering::Drawn)
+    }
+}
+
+/// Who has given a number, if that is one who draws the upper half.
+fn upper_half(number: u64) -> Option<NonZeroU32> {
+    NonZeroU32::new((number >> 32) as u32)
 }
 
 fn action(index: u8) -> Result<Action, Refusal> {

@@ -53,6 +53,21 @@ fn a_repeated_reset_is_answered_as_before_and_resets_nothing() {
     assert_eq!(reset(&mut session, ALICE, 6).status, status::OK);
 }
 
+/// A client that cannot send is replaced by another one, and what it had sent may come afterwards.
+#[test]
+fn a_program_is_known_by_its_numbers_whichever_client_it_asks_by() {
+    let mut session = session();
+    let drawn = 7 << 32;
+    let first = reset(&mut session, BOB, drawn + 1);
+    step(&mut session, first.episode, 1, 3);
+    assert_eq!(reset(&mut session, ALICE, drawn + 1), first);
+    let second = reset(&mut session, BOB, drawn + 2);
+    assert_eq!(second.episode, first.episode + 1);
+    assert_eq!(reset(&mut session, ALICE, drawn + 1).status, status::SUPERSEDED);
+    // Another program's numbers may well be smaller.
+    assert_eq!(reset(&mut session, ALICE, 6 << 32).episode, second.episode + 1);
+}
+
 #[test]
 fn resets_without_a_number_are_all_new() {
     let mut session = session();
@@ -177,7 +192,7 @@ fn the_memory_of_clients_is_bounded() {
         id[..8].copy_from_slice(&client.to_le_bytes());
         session.reset(id, &request(1, client), Scenario::Empty);
     }
-    assert_eq!(session.clients.len(), CLIENTS);
+    assert_eq!(session.numberings.len(), NUMBERINGS);
 }
 
 #[test]
