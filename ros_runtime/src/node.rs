@@ -111,7 +111,11 @@ impl Node {
     ///
     /// `default_name` is the node's name unless `-r __node:=` gives it another.
     pub fn new(default_name: &str, arguments: &Arguments) -> Result<Node, NodeError> {
-        Node::with_discovery(default_name, arguments, Discovery::from_environment()?)
+        Node::with_discovery(
+            default_name,
+            arguments,
+            Discovery::from_environment(&arguments.enclave)?,
+        )
     }
 
     /// As [`Node::new`], in a domain of the caller's choice instead of the environment's.
@@ -126,6 +130,7 @@ impl Node {
         let logger = naming.fully_qualified().trim_start_matches('/').replace('/', ".");
         logging::start(&logger, arguments)?;
         discovery::warn_of_static_peers();
+        discovery.security.report();
         let parameters = Parameters::new(&naming, arguments)?;
         let clock = Clock::declare(&parameters)?;
         let participant = discovery.participant()?;
