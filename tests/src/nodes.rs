@@ -48,7 +48,9 @@ pub fn binary(name: &str) -> PathBuf {
             .args(["--package", "sim_node", "--package", "agent_node"])
             .current_dir(repository());
         if cfg!(feature = "security") {
-            build.args(["--features", "security"]);
+            let rustdds = std::env::var("EVAC_RUSTDDS")
+                .expect("EVAC_RUSTDDS names RustDDS as corrected: run launch_scripts/test.sh");
+            build.args(["--features", "security", "--config", &format!("paths = ['{rustdds}']")]);
         }
         let built = build.status();
         assert!(built.expect("cargo runs").success(), "the nodes cannot be built");
