@@ -128,12 +128,12 @@ impl Node {
         let naming = Naming::new(default_name, &arguments.remaps)?;
         // rcl names a node's logger by its dotted full name.
         let logger = naming.fully_qualified().trim_start_matches('/').replace('/', ".");
-        logging::start(&logger, arguments)?;
+        logging::start(&logger, arguments, discovery.security.library_level())?;
         discovery::warn_of_static_peers();
-        discovery.security.report();
         let parameters = Parameters::new(&naming, arguments)?;
         let clock = Clock::declare(&parameters)?;
         let participant = discovery.participant()?;
+        discovery.security.report();
         // One thread for signals, timers, the graph and the parameter services.
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(1)

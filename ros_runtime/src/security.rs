@@ -13,6 +13,7 @@ use std::{
     str::FromStr,
 };
 
+use log::LevelFilter;
 use rustdds::DomainParticipantBuilder;
 use thiserror::Error;
 
@@ -87,8 +88,8 @@ pub enum MissingKeys {
 pub enum SecurityError {
     /// RustDDS was built without its part that needs OpenSSL.
     #[error(
-        "ROS_SECURITY_ENABLE=true, but this node was built without security: build it with \
-         'cargo build --release --features security'"
+        "ROS_SECURITY_ENABLE=true, but this node was built without security: expected a build with \
+         the feature 'security', see docs/security.md"
     )]
     NotBuilt,
     /// A switch that is neither on nor off.
@@ -100,6 +101,9 @@ pub enum SecurityError {
     /// An override that names no enclave.
     #[error("ROS_SECURITY_ENCLAVE_OVERRIDE: {0}")]
     Override(#[from] InvalidEnclaveName),
+    /// What RustDDS would not follow.
+    #[error("RustDDS does not follow {}: expected no list of revoked certificates", .0.display())]
+    Revocations(PathBuf),
     /// The strategy is `Enforce`.
     #[error("ROS_SECURITY_STRATEGY=Enforce, but {0}")]
     Missing(#[from] MissingKeys),
@@ -125,8 +129,7 @@ impl Security {
         let variable = |name: &str| variable(name).filter(|value| !value.is_empty());
         match variable("ROS_SECURITY_ENABLE").as_deref() {
             None | Some("false") => return Ok(Security::Off),
-            Some("true") if cfg!(feature = "security") => {}
-            Some("true") => return Err(SecurityError::NotBuilt),
+            Some("true") => {}
             Some(other) => return Err(SecurityError::Enable(other.to_owned())),
         }
         let is_enforced = match variable("ROS_SECURITY_STRATEGY").as_deref() {
@@ -140,7 +143,13 @@ impl Security {
         };
         let keystore = variable("ROS_SECURITY_KEYSTORE").ok_or(MissingKeys::Keystore);
         match keystore.and_then(|keystore| directory(keystore.as_ref(), &enclave)) {
-            Ok(directory) => Ok(Security::Enclave(directory)),
+            Ok(directory) => {
+                let revocations = directory.join("crl.pem");
+                if revocations.exists() {
+                    return Err(SecurityError::Revocations(revocations));
+                }
+                Ok(Security::Enclave(directory))
+            }
             Err(missing) if is_enforced => Err(missing.into()),
             Err(missing) => Ok(Security::Missing(missing)),
         }
@@ -151,11 +160,20 @@ impl Security {
         match self {
             Security::Off => {}
             Security::Missing(missing) => log::warn!(
-                "NOTHING IS SECURED: {missing}; ROS_SECURITY_STRATEGY=Enforce makes that an error"
+                "nothing is secured: {missing}; ROS_SECURITY_STRATEGY=Enforce makes that an error"
             ),
             Security::Enclave(directory) => {
                 log::info!("found the security directory {}", directory.display());
             }
+        }
+    }
+
+    /// What libraries may say: secured, RustDDS calls it an error that a message comes before its
+    /// key, and complains of every packet of somebody who has none.
+    pub(crate) fn library_level(&self) -> LevelFilter {
+        match self {
+            Security::Off | Security::Missing(_) => LevelFilter::Error,
+            Security::Enclave(_) => LevelFilter::Off,
         }
     }
 
@@ -165,7 +183,11 @@ impl Security {
         builder: DomainParticipantBuilder,
     ) -> Result<DomainParticipantBuilder, SecurityError> {
         match self {
-            Security::Off | Security::Missing(_) => Ok(builder),
+            Security::Off => Ok(builder),
+            #[cfg(not(feature = "security"))]
+            Security::Missing(_) | Security::Enclave(_) => Err(SecurityError::NotBuilt),
+            #[cfg(feature = "security")]
+            Security::Missing(_) => Ok(builder),
             #[cfg(feature = "security")]
             Security::Enclave(directory) => {
                 // The keys of sros2 have no password.
@@ -175,8 +197,6 @@ impl Security {
                 );
                 Ok(builder.builtin_security(files))
             }
-            #[cfg(not(feature = "security"))]
-            Security::Enclave(_) => Err(SecurityError::NotBuilt),
         }
     }
 }
@@ -195,6 +215,8 @@ fn directory(keystore: &Path, enclave: &EnclaveName) -> Result<PathBuf, MissingK
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     fn security(variables: &[(&str, &str)]) -> Result<Security, SecurityError> {
@@ -204,14 +226,14 @@ mod tests {
     }
 
     const ENABLE: (&str, &str) = ("ROS_SECURITY_ENABLE", "true");
+    const ENFORCE: (&str, &str) = ("ROS_SECURITY_STRATEGY", "Enforce");
 
     #[test]
     fn nothing_is_secured_unless_somebody_asks_for_it() {
         assert_eq!(security(&[]), Ok(Security::Off));
         let keystore = ("ROS_SECURITY_KEYSTORE", "/nowhere");
-        let strategy = ("ROS_SECURITY_STRATEGY", "Enforce");
         for value in ["", "false"] {
-            let variables = [("ROS_SECURITY_ENABLE", value), keystore, strategy];
+            let variables = [("ROS_SECURITY_ENABLE", value), keystore, ENFORCE];
             assert_eq!(security(&variables), Ok(Security::Off));
         }
     }
@@ -224,68 +246,55 @@ mod tests {
         }
     }
 
-    #[cfg(not(feature = "security"))]
     #[test]
-    fn a_build_without_security_is_no_excuse() {
-        assert_eq!(security(&[ENABLE]), Err(SecurityError::NotBuilt));
+    fn values_that_rcl_would_take_for_the_less_secure_one_are_refused() {
+        for value in ["True", "1"] {
+            let found = security(&[("ROS_SECURITY_ENABLE", value)]);
+            assert_eq!(found, Err(SecurityError::Enable(value.to_owned())));
+        }
+        let found = security(&[ENABLE, ("ROS_SECURITY_STRATEGY", "enforce")]);
+        assert_eq!(found, Err(SecurityError::Strategy("enforce".to_owned())));
+        let found = security(&[ENABLE, ("ROS_SECURITY_ENCLAVE_OVERRIDE", "evac")]);
+        assert!(matches!(found, Err(SecurityError::Override(_))), "{found:?}");
     }
 
-    #[cfg(feature = "security")]
-    mod with_the_feature {
-        use std::fs;
+    #[test]
+    fn what_is_missing_is_named_and_with_enforce_an_error() {
+        let keystore = tempfile::tempdir().unwrap();
+        let path = keystore.path().to_str().unwrap();
+        let named = ("ROS_SECURITY_KEYSTORE", path);
+        let enclave = keystore.path().join("enclaves/evac/room");
 
-        use super::*;
-
-        const ENFORCE: (&str, &str) = ("ROS_SECURITY_STRATEGY", "Enforce");
-
-        #[test]
-        fn values_that_rcl_would_take_for_the_less_secure_one_are_refused() {
-            for value in ["True", "1"] {
-                let found = security(&[("ROS_SECURITY_ENABLE", value)]);
-                assert_eq!(found, Err(SecurityError::Enable(value.to_owned())));
-            }
-            let found = security(&[ENABLE, ("ROS_SECURITY_STRATEGY", "enforce")]);
-            assert_eq!(found, Err(SecurityError::Strategy("enforce".to_owned())));
-            let found = security(&[ENABLE, ("ROS_SECURITY_ENCLAVE_OVERRIDE", "evac")]);
-            assert!(matches!(found, Err(SecurityError::Override(_))), "{found:?}");
-        }
-
-        #[test]
-        fn what_is_missing_is_named_and_with_enforce_an_error() {
-            let keystore = tempfile::tempdir().unwrap();
-            let path = keystore.path().to_str().unwrap();
-            let named = ("ROS_SECURITY_KEYSTORE", path);
-            let enclave = keystore.path().join("enclaves/evac/room");
-
-            let missing = |variables: &[(&str, &str)]| {
-                let Ok(Security::Missing(missing)) = security(&[&[ENABLE], variables].concat())
-                else {
-                    panic!("{variables:?} is not missing");
-                };
-                let enforced = security(&[&[ENABLE, ENFORCE], variables].concat());
-                assert_eq!(enforced, Err(SecurityError::Missing(missing.clone())));
-                missing
+        let missing = |variables: &[(&str, &str)]| {
+            let Ok(Security::Missing(missing)) = security(&[&[ENABLE], variables].concat()) else {
+                panic!("{variables:?} is not missing");
             };
-            assert_eq!(missing(&[]), MissingKeys::Keystore);
-            assert_eq!(missing(&[named]), MissingKeys::Enclave(enclave.clone()));
-            fs::create_dir_all(&enclave).unwrap();
-            for file in FILES {
-                let expected = MissingKeys::File { enclave: enclave.clone(), file };
-                assert_eq!(missing(&[named]), expected);
-                fs::write(enclave.join(file), "").unwrap();
-            }
-            assert_eq!(security(&[ENABLE, ENFORCE, named]), Ok(Security::Enclave(enclave)));
+            let enforced = security(&[&[ENABLE, ENFORCE], variables].concat());
+            assert_eq!(enforced, Err(SecurityError::Missing(missing.clone())));
+            missing
+        };
+        assert_eq!(missing(&[]), MissingKeys::Keystore);
+        assert_eq!(missing(&[named]), MissingKeys::Enclave(enclave.clone()));
+        fs::create_dir_all(&enclave).unwrap();
+        for file in FILES {
+            let expected = MissingKeys::File { enclave: enclave.clone(), file };
+            assert_eq!(missing(&[named]), expected);
+            fs::write(enclave.join(file), "").unwrap();
         }
+        assert_eq!(security(&[ENABLE, ENFORCE, named]), Ok(Security::Enclave(enclave.clone())));
+        let revocations = enclave.join("crl.pem");
+        fs::write(&revocations, "").unwrap();
+        assert_eq!(security(&[ENABLE, named]), Err(SecurityError::Revocations(revocations)));
+    }
 
-        #[test]
-        fn the_override_wins() {
-            let keystore = tempfile::tempdir().unwrap();
-            let named = ("ROS_SECURITY_KEYSTORE", keystore.path().to_str().unwrap());
-            for (name, expected) in [("/", ""), ("/other", "other")] {
-                let found = security(&[ENABLE, named, ("ROS_SECURITY_ENCLAVE_OVERRIDE", name)]);
-                let expected = keystore.path().join("enclaves").join(expected);
-                assert_eq!(found, Ok(Security::Missing(MissingKeys::Enclave(expected))));
-            }
+    #[test]
+    fn the_override_wins() {
+        let keystore = tempfile::tempdir().unwrap();
+        let named = ("ROS_SECURITY_KEYSTORE", keystore.path().to_str().unwrap());
+        for (name, expected) in [("/", ""), ("/other", "other")] {
+            let found = security(&[ENABLE, named, ("ROS_SECURITY_ENCLAVE_OVERRIDE", name)]);
+            let expected = keystore.path().join("enclaves").join(expected);
+            assert_eq!(found, Ok(Security::Missing(MissingKeys::Enclave(expected))));
         }
     }
 }
