@@ -37,10 +37,40 @@ check_rust() {
         fail "there is no C compiler to link with: install one, such as Debian's package gcc"
 }
 
+# Whether there is what security is built with.
+has_openssl() {
+    pkg-config --exists openssl 2>/dev/null && command -v patch >/dev/null
+}
+
+# Sets `rustdds` to a directory with RustDDS and its correction, beside what else is built: without it
+# security reads few messages.
+correct_rustdds() {
+    has_openssl || fail "security needs OpenSSL's headers, pkg-config and patch" \
+        "(Debian: libssl-dev pkg-config patch)"
+    local correction=$root/launch_scripts/security/rustdds.patch source
+    source=$(cd "$root" && cargo metadata --locked --format-version 1 --features security |
+        grep --only-matching '[^"]*/rustdds-[0-9.]*/Cargo\.toml' | head -n 1)
+    source=$(dirname "$source")
+    rustdds=$(cd "$root" && realpath --canonicalize-missing "${CARGO_TARGET_DIR:-target}")
+    rustdds=$rustdds/corrected/$(basename "$source")
+    if ! cmp --silent "$correction" "$rustdds/correction.patch"; then
+        rm -rf "$rustdds"
+        mkdir -p "$(dirname "$rustdds")"
+        cp -r "$source" "$rustdds"
+        patch --quiet --directory "$rustdds" --strip 1 <"$correction"
+        cp "$correction" "$rustdds/correction.patch"
+    fi
+}
+
 build_nodes() {
     check_rust
+    local options=()
+    if [[ "${ROS_SECURITY_ENABLE:-}" == true ]]; then
+        correct_rustdds
+        options=(--features security --config "paths = ['$rustdds']")
+    fi
     # From the root, so that the settings in .cargo apply wherever the script is called from.
-    (cd "$root" && cargo build --release --locked --package sim_node --package agent_node)
+    (cd "$root" && cargo build --release --locked --package sim_node --package agent_node "${options[@]}")
     bin=$(cd "$root" && realpath "${CARGO_TARGET_DIR:-target}")/release
 }
 
@@ -55,13 +85,14 @@ scenario_of() {
     sed -n '/agent_node:/,$s/^ *scenario: //p' "$1/config.yaml" | head -n 1
 }
 
-# Runs a simulator in the background, and again if it dies: the agent takes the episode up.
+# Runs a simulator in the background, and again if it dies: the agent takes the episode up. The enclave
+# counts where there is security; whoever gives another one wins.
 start_simulator() {
     (
         child=
         trap 'kill -TERM "$child" 2>/dev/null; wait "$child"; exit 0' TERM INT
         while :; do
-            "$bin/sim_node" "$@" </dev/null &
+            "$bin/sim_node" --ros-args --enclave /evac/sim_node -- "$@" </dev/null &
             child=$!
             wait "$child" && exit 0
             echo "sim_node ended with an error; it is started again" >&2
@@ -85,7 +116,7 @@ start_simulators() {
 
 # Runs the agent with a simulator beside it until the agent ends; returns its exit status.
 run_agent() {
-    "$bin/agent_node" "$@" </dev/null &
+    "$bin/agent_node" --ros-args --enclave /evac/agent_node -- "$@" </dev/null &
     agent=$!
     # Ctrl-C in a terminal reaches the agent itself; a signal to this script alone is passed on.
     trap 'kill -TERM "$agent" 2>/dev/null' TERM INT

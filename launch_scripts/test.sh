@@ -4,7 +4,9 @@
 #   launch_scripts/test.sh [arguments for cargo test]
 #
 # The peers from PyPI go into a virtual environment, .venv in the repository. One more is built with
-# Fast DDS where that is installed; elsewhere its test is skipped, unless EVAC_FAST_DDS=required.
+# Fast DDS where that is installed; elsewhere its test is skipped, unless EVAC_FAST_DDS=required. The
+# tests of security are built and run where OpenSSL is installed; elsewhere they are skipped, unless
+# EVAC_SECURITY=required.
 
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/nodes.sh"
@@ -39,3 +41,13 @@ else
 fi
 
 cargo test --release --locked --workspace "$@"
+
+if has_openssl || [[ "${EVAC_SECURITY:-}" == required ]]; then
+    correct_rustdds
+    export EVAC_RUSTDDS="$rustdds"
+    cargo test --release --locked --workspace --features security --config "paths = ['$rustdds']" \
+        --test security "$@"
+else
+    echo "$(basename "$0"): SKIPPED: security: no OpenSSL to build it with" \
+        "(Debian: libssl-dev pkg-config patch)" >&2
+fi

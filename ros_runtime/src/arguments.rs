@@ -13,6 +13,7 @@ use crate::{
     logging::parse_level,
     names::{Remap, RemapError},
     parameters::{Override, OverrideError},
+    security::{EnclaveName, InvalidEnclaveName},
 };
 
 /// A command line, taken apart.
@@ -34,6 +35,8 @@ pub struct Arguments {
     pub logs_to_console: bool,
     /// Whether records go to `/rosout`.
     pub logs_to_rosout: bool,
+    /// `--enclave`: whose keys the node has, where there is security.
+    pub enclave: EnclaveName,
 }
 
 impl Default for Arguments {
@@ -47,6 +50,7 @@ impl Default for Arguments {
             logger_levels: Vec::new(),
             logs_to_console: true,
             logs_to_rosout: true,
+            enclave: EnclaveName::default(),
         }
     }
 }
@@ -65,7 +69,7 @@ pub enum ArgumentsError {
     /// A flag that ROS does not have.
     #[error(
         "unknown ROS argument '{0}': between --ros-args and -- there may be -r, -p, --params-file, \
-         --log-level, -e, --enable- and --disable- with rosout-logs, stdout-logs and external-lib-logs"
+         --log-level, --enclave, --enable- and --disable- with rosout-logs, stdout-logs and external-lib-logs"
     )]
     Unknown(String),
     /// A remapping that is none.
@@ -83,9 +87,9 @@ pub enum ArgumentsError {
     /// rcl's default logging has no such files, either.
     #[error("--log-config-file '{0}': these nodes write no log files that could be configured")]
     LogConfigFile(String),
-    /// Enclaves are part of SROS2.
-    #[error("--enclave '{0}': this build has no security, so it cannot join an enclave")]
-    Enclave(String),
+    /// An enclave that cannot be.
+    #[error("--enclave: {0}")]
+    Enclave(#[from] InvalidEnclaveName),
 }
 
 impl Arguments {
@@ -131,7 +135,7 @@ impl Arguments {
             "-p" | "--param" => self.overrides.push(value("name:=value")?.parse()?),
             "--params-file" => self.parameter_files.push(value("FILE.yaml")?.into()),
             "--log-level" => self.parse_log_level(&value("info")?)?,
-            "-e" | "--enclave" => return Err(ArgumentsError::Enclave(value("/enclave")?)),
+            "-e" | "--enclave" => self.enclave = value("/enclave")?.parse()?,
             "--log-config-file" => return Err(ArgumentsError::LogConfigFile(value("FILE")?)),
             "--enable-stdout-logs" => self.logs_to_console = true,
             "--disable-stdout-logs" => self.logs_to_console = false,
@@ -217,6 +221,13 @@ mod tests {
         assert!(arguments.logs_to_console && !arguments.logs_to_rosout);
     }
 
+    /// As in rcl, which keeps it even if there is no security.
+    #[test]
+    fn the_last_enclave_counts() {
+        let arguments = parse("n --ros-args -e /one --enclave /evac/two").unwrap();
+        assert_eq!(arguments.enclave, "/evac/two".parse().unwrap());
+    }
+
     #[test]
     fn what_is_wrong_is_named() {
         for (line, expected) in [
@@ -226,7 +237,7 @@ mod tests {
             ("n --ros-args --log-level loud", "unknown log level 'loud'"),
             ("n --ros-args -r abc", "couldn't parse the remapping 'abc'"),
             ("n --ros-args -p abc", "couldn't parse the parameter override 'abc'"),
-            ("n --ros-args -e /x", "this build has no security"),
+            ("n --ros-args -e x", "'x' is no enclave: expected"),
             ("n --ros-args --log-config-file x", "write no log files"),
         ] {
             let message = parse(line).unwrap_err().to_string();

@@ -1,21 +1,25 @@
-//! Which DDS domain a node joins, and on which networks.
+//! Which DDS domain a node joins, on which networks, and with which keys.
 //!
 //! The variables are ROS's: `ROS_DOMAIN_ID` (0 to 232), `ROS_AUTOMATIC_DISCOVERY_RANGE` (`SUBNET`,
 //! `LOCALHOST`, `OFF`, `SYSTEM_DEFAULT`) and its deprecated predecessor `ROS_LOCALHOST_ONLY`, which
-//! wins where it is set to 1, as in rcl.
+//! wins where it is set to 1, as in rcl; [`security`](crate::security) has those for the keys.
 
 use std::net::Ipv4Addr;
 
 use rustdds::{DomainParticipant, DomainParticipantBuilder};
 use thiserror::Error;
 
+use crate::security::{EnclaveName, Security, SecurityError};
+
 /// What the environment says about discovery.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Discovery {
     /// The DDS domain.
     pub domain_id: u16,
     /// How far to look for others.
     pub range: Range,
+    /// Whose keys the participant has.
+    pub security: Security,
 }
 
 /// How far a participant looks for others and announces itself.
@@ -47,6 +51,9 @@ pub enum DiscoveryError {
     /// A switch that is neither on nor off.
     #[error("ROS_LOCALHOST_ONLY='{0}': expected 0 or 1")]
     LocalhostOnly(String),
+    /// The participant cannot be as secure as it should.
+    #[error(transparent)]
+    Security(#[from] SecurityError),
     /// DDS did not start.
     #[error("could not join DDS domain {domain_id}: {reason}")]
     Participant {
@@ -58,15 +65,17 @@ pub enum DiscoveryError {
 }
 
 impl Discovery {
-    /// Reads the process's environment.
-    pub fn from_environment() -> Result<Discovery, DiscoveryError> {
-        Discovery::from_variables(|name| std::env::var(name).ok())
+    /// Reads the process's environment for a participant in this enclave.
+    pub fn from_environment(enclave: &EnclaveName) -> Result<Discovery, DiscoveryError> {
+        Discovery::from_variables(enclave, |name| std::env::var(name).ok())
     }
 
     /// Reads the variables through a function; an empty one counts as not set, as in rcl.
     pub fn from_variables(
+        enclave: &EnclaveName,
         variable: impl Fn(&str) -> Option<String>,
     ) -> Result<Discovery, DiscoveryError> {
+        let security = Security::from_variables(enclave, &variable)?;
         let variable = |name: &str| variable(name).filter(|value| !value.is_empty());
         let domain_id = match variable("ROS_DOMAIN_ID") {
             None => 0,
@@ -88,7 +97,7 @@ impl Discovery {
             Some("OFF") => return Err(DiscoveryError::Off),
             Some(other) => return Err(DiscoveryError::Range(other.to_owned())),
         };
-        Ok(Discovery { domain_id, range })
+        Ok(Discovery { domain_id, range, security })
     }
 
     /// Joins the domain.
@@ -98,7 +107,7 @@ impl Discovery {
             Range::Subnet => builder,
             Range::Localhost => builder.with_only_networks([Ipv4Addr::LOCALHOST]),
         };
-        builder.build().map_err(|error| DiscoveryError::Participant {
+        self.security.secure(builder)?.build().map_err(|error| DiscoveryError::Participant {
             domain_id: self.domain_id,
             reason: error.to_string(),
         })
@@ -120,23 +129,24 @@ mod tests {
     use super::*;
 
     fn discovery(variables: &[(&str, &str)]) -> Result<Discovery, DiscoveryError> {
-        Discovery::from_variables(|name| {
+        Discovery::from_variables(&EnclaveName::default(), |name| {
             variables.iter().find(|(key, _)| *key == name).map(|(_, value)| value.to_string())
         })
     }
 
     #[test]
     fn defaults_are_those_of_ros() {
-        let expected = Discovery { domain_id: 0, range: Range::Subnet };
-        assert_eq!(discovery(&[]), Ok(expected));
+        let expected = Discovery { domain_id: 0, range: Range::Subnet, security: Security::Off };
+        assert_eq!(discovery(&[]), Ok(expected.clone()));
         assert_eq!(discovery(&[("ROS_DOMAIN_ID", "")]), Ok(expected));
     }
 
     #[test]
     fn variables_are_followed() {
-        let localhost = Discovery { domain_id: 42, range: Range::Localhost };
+        let localhost =
+            Discovery { domain_id: 42, range: Range::Localhost, security: Security::Off };
         let range = ("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST");
-        assert_eq!(discovery(&[("ROS_DOMAIN_ID", "42"), range]), Ok(localhost));
+        assert_eq!(discovery(&[("ROS_DOMAIN_ID", "42"), range]), Ok(localhost.clone()));
         let old = ("ROS_LOCALHOST_ONLY", "1");
         let subnet = ("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET");
         assert_eq!(discovery(&[("ROS_DOMAIN_ID", "42"), old, subnet]), Ok(localhost));

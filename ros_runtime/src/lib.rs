@@ -8,6 +8,7 @@
 //!   off the command line before the program parses what is its own.
 //! - [`discovery`]: `ROS_DOMAIN_ID`, `ROS_AUTOMATIC_DISCOVERY_RANGE`, `ROS_LOCALHOST_ONLY`: which
 //!   domain a participant joins, and on which networks.
+//! - [`security`]: SROS2: with whose keys a participant joins, where the feature of that name is on.
 //! - [`rmw`]: `RMW_IMPLEMENTATION`: how the others map services to DDS.
 //! - [`names`]: relative and private names, namespaces and remapping.
 //! - [`parameters`]: typed declaration with descriptions and ranges, files in YAML, the services
@@ -36,6 +37,7 @@ pub mod names;
 pub mod node;
 pub mod parameters;
 pub mod rmw;
+pub mod security;
 pub mod server;
 pub mod service;
 pub mod shutdown;

@@ -42,7 +42,7 @@ impl FromStr for Remap {
         }
         let is_name = match from {
             "__node" | "__name" => is_token(to),
-            "__ns" => to == "/" || (to.starts_with('/') && is_name(to)),
+            "__ns" => is_namespace(to),
             _ => is_name(from) && is_name(to),
         };
         if is_name {
@@ -122,6 +122,11 @@ impl Naming {
 
 fn join(namespace: &str, name: &str) -> String {
     format!("{}/{name}", namespace.trim_end_matches('/'))
+}
+
+/// Whether a text is `/` or an absolute name.
+pub(crate) fn is_namespace(text: &str) -> bool {
+    text == "/" || (text.starts_with('/') && is_name(text))
 }
 
 fn is_name(name: &str) -> bool {

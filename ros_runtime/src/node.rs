@@ -115,7 +115,11 @@ impl Node {
     ///
     /// `default_name` is the node's name unless `-r __node:=` gives it another.
     pub fn new(default_name: &str, arguments: &Arguments) -> Result<Node, NodeError> {
-        Node::with_discovery(default_name, arguments, Discovery::from_environment()?)
+        Node::with_discovery(
+            default_name,
+            arguments,
+            Discovery::from_environment(&arguments.enclave)?,
+        )
     }
 
     /// As [`Node::new`], in a domain of the caller's choice instead of the environment's.
@@ -128,7 +132,7 @@ impl Node {
         let naming = Naming::new(default_name, &arguments.remaps)?;
         // rcl names a node's logger by its dotted full name.
         let logger = naming.fully_qualified().trim_start_matches('/').replace('/', ".");
-        logging::start(&logger, arguments)?;
+        logging::start(&logger, arguments, discovery.security.library_level())?;
         discovery::warn_of_static_peers();
         let parameters = Parameters::new(&naming, arguments)?;
         let clock = Clock::declare(&parameters)?;
@@ -137,6 +141,7 @@ impl Node {
         types.add("rcl_interfaces/msg/Log");
         types.add("rcl_interfaces/msg/ParameterEvent");
         let participant = discovery.participant()?;
+        discovery.security.report();
         // One thread for signals, timers, the graph and the parameter services.
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(1)

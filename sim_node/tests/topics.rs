@@ -22,6 +22,7 @@ use ros_runtime::{
     discovery::{Discovery, Range},
     node::{Subscription, latched, reliable},
     parameters::{ParameterClient, ParameterValue},
+    security::Security,
     service::ServiceClient,
 };
 use serde::de::DeserializeOwned;
@@ -56,9 +57,10 @@ impl Room {
             .stdin(Stdio::null())
             .spawn()
             .expect("the simulator starts");
-        let discovery = Discovery { domain_id, range: Range::Localhost };
+        let discovery = Discovery { domain_id, range: Range::Localhost, security: Security::Off };
         let arguments = Arguments::default();
-        let mut watcher = Node::with_discovery("watcher", &arguments, discovery).expect("a node");
+        let mut watcher =
+            Node::with_discovery("watcher", &arguments, discovery.clone()).expect("a node");
         let resets = watcher.create_client("reset").expect("a client");
         let steps = watcher.create_client("step").expect("a client");
         Self { simulator, watcher, resets, steps, discovery }
@@ -66,7 +68,8 @@ impl Room {
 
     /// Another node that watches.
     fn newcomer(&self) -> Node {
-        Node::with_discovery("newcomer", &Arguments::default(), self.discovery).expect("a node")
+        Node::with_discovery("newcomer", &Arguments::default(), self.discovery.clone())
+            .expect("a node")
     }
 
     fn reset(&self, request: u64) -> reset::Response {

@@ -16,6 +16,7 @@ use ros_runtime::{
     Arguments, Node,
     discovery::{Discovery, Range},
     node::reliable,
+    security::Security,
 };
 
 /// What is not there after this time never comes; a bound for hanging, not a measure of speed.
@@ -41,11 +42,17 @@ pub fn binary(name: &str) -> PathBuf {
             Some("debug") | None => "dev",
             Some(profile) => profile,
         };
-        let built = Command::new(env!("CARGO"))
+        let mut build = Command::new(env!("CARGO"));
+        build
             .args(["build", "--quiet", "--bins", "--profile", profile])
             .args(["--package", "sim_node", "--package", "agent_node"])
-            .current_dir(repository())
-            .status();
+            .current_dir(repository());
+        if cfg!(feature = "security") {
+            let rustdds = std::env::var("EVAC_RUSTDDS")
+                .expect("EVAC_RUSTDDS names RustDDS as corrected: run launch_scripts/test.sh");
+            build.args(["--features", "security", "--config", &format!("paths = ['{rustdds}']")]);
+        }
+        let built = build.status();
         assert!(built.expect("cargo runs").success(), "the nodes cannot be built");
         directory
     });
@@ -111,6 +118,15 @@ impl Nodes {
         command
     }
 
+    /// One of the peers in Python.
+    pub fn peer(&self, name: &str) -> Command {
+        let python = std::env::var("EVAC_PYTHON")
+            .expect("EVAC_PYTHON names a python with the peers: run launch_scripts/test.sh");
+        let mut peer = self.command(python);
+        peer.arg(repository().join("tests/peers").join(name));
+        peer
+    }
+
     /// Runs a command to its end: its status, and what it wrote to standard output and error.
     pub fn run(&self, command: &mut Command) -> (ExitStatus, String, String) {
         let open = |name: &str| self.path(&format!("{name}-{}", self.domain_id));
@@ -137,13 +153,18 @@ impl Nodes {
     }
 
     /// How a participant of this process joins the domain.
-    pub fn discovery(&self) -> Discovery {
-        Discovery { domain_id: self.domain_id, range: Range::Localhost }
+    pub fn discovery(&self, security: Security) -> Discovery {
+        Discovery { domain_id: self.domain_id, range: Range::Localhost, security }
     }
 
     /// A node in this process, as a client beside the others.
     pub fn client(&self) -> Node {
-        Node::with_discovery("test_client", &Arguments::default(), self.discovery())
+        self.client_with(Security::Off)
+    }
+
+    /// As [`Nodes::client`], with keys.
+    pub fn client_with(&self, security: Security) -> Node {
+        Node::with_discovery("test_client", &Arguments::default(), self.discovery(security))
             .expect("a node")
     }
 

@@ -44,6 +44,19 @@ fn wrong_parameters_and_arguments() {
     }
 }
 
+/// It does not start less secure than somebody wants it.
+#[cfg(not(feature = "security"))]
+#[test]
+fn a_build_without_security_refuses_to_be_secured() {
+    let mut nodes = Nodes::new();
+    nodes.set_variable("ROS_SECURITY_ENABLE", "true");
+    for name in ["sim_node", "agent_node"] {
+        let command = if name == "agent_node" { &["train"][..] } else { &[] };
+        let line = complaint(&nodes, name, command);
+        assert!(line.contains("this node was built without security: expected"), "{line}");
+    }
+}
+
 #[test]
 fn missing_and_damaged_models() {
     let mut nodes = Nodes::new();

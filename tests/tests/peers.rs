@@ -12,23 +12,14 @@ use agent_node::{
     learning::{action::Action, dyna_q::Decision},
 };
 use crc::{CRC_32_ISO_HDLC, Crc};
-use evac_tests::{Nodes, PATIENCE, Room, repository};
+use evac_tests::{Nodes, PATIENCE, Room};
 use ros_runtime::parameters::{ParameterClient, ParameterValue};
 use sim_node::world::WorldSettings;
 
 const FRAMES: u64 = 50;
 
-/// One of the peers in Python.
-fn peer(nodes: &Nodes, name: &str) -> Command {
-    let python = std::env::var("EVAC_PYTHON")
-        .expect("EVAC_PYTHON names a python with the peers: run launch_scripts/test.sh");
-    let mut peer = nodes.command(python);
-    peer.arg(repository().join("tests/peers").join(name));
-    peer
-}
-
 fn read_images(nodes: &Nodes, options: &[&str]) -> serde_json::Value {
-    let mut reader = peer(nodes, "image_reader.py");
+    let mut reader = nodes.peer("image_reader.py");
     reader
         .args(["--frames", &FRAMES.to_string(), "--timeout", &PATIENCE.as_secs().to_string()])
         .args(options);
@@ -58,7 +49,7 @@ fn cyclone_dds_hears_diagnostics_and_parameter_events() {
     let mut nodes = Nodes::new();
     nodes.start_simulator(&[]);
     let timeout = PATIENCE.as_secs().to_string();
-    let mut watcher = peer(&nodes, "node_watcher.py");
+    let mut watcher = nodes.peer("node_watcher.py");
     watcher.args(["--node", "/sim_node", "--parameter", "scenario", "--timeout", &timeout]);
     let mut watcher = watcher.stdout(Stdio::piped()).spawn().expect("the watcher starts");
     let output = watcher.stdout.take().expect("it is piped");
@@ -117,7 +108,7 @@ fn gymnasium_finds_nothing_wrong_with_its_example() {
     let mut nodes = Nodes::new();
     nodes.set_variable("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp");
     nodes.start_simulator(&["max_steps:=50"]);
-    let mut check = peer(&nodes, "gymnasium_check.py");
+    let mut check = nodes.peer("gymnasium_check.py");
     let (status, text, error) =
         nodes.run(check.args(["--timeout", &PATIENCE.as_secs().to_string()]));
     assert!(status.success(), "{error}");
@@ -131,7 +122,7 @@ fn cyclone_dds_calls_the_services_as_its_rmw_maps_them() {
     let mut nodes = Nodes::new();
     nodes.set_variable("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp");
     nodes.start_simulator(&[]);
-    assert_calls_the_services(&nodes, peer(&nodes, "service_caller.py"));
+    assert_calls_the_services(&nodes, nodes.peer("service_caller.py"));
 }
 
 #[test]

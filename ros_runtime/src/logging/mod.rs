@@ -25,6 +25,8 @@ struct Logger {
     /// The ROS logger's name: the node's.
     name: String,
     level: LevelFilter,
+    /// What libraries may say unless somebody asks for more.
+    libraries: LevelFilter,
     /// Levels by the beginning of a record's target.
     levels: Vec<(String, LevelFilter)>,
     format: Format,
@@ -57,13 +59,19 @@ pub(crate) fn parse_level(name: &str) -> Option<LevelFilter> {
     })
 }
 
-/// Starts logging under a node's name. The first call of a process counts.
-pub fn start(name: &str, arguments: &Arguments) -> Result<(), InvalidColorization> {
+/// Starts logging under a node's name, with what libraries may say unless somebody asks for more. The
+/// first call of a process counts.
+pub fn start(
+    name: &str,
+    arguments: &Arguments,
+    libraries: LevelFilter,
+) -> Result<(), InvalidColorization> {
     let format = Format::from_environment()?;
     let level = arguments.log_level.unwrap_or(LevelFilter::Info);
     let logger = LOGGER.get_or_init(|| Logger {
         name: name.to_owned(),
         level,
+        libraries,
         levels: arguments.logger_levels.clone(),
         format,
         to_console: arguments.logs_to_console,
@@ -122,7 +130,7 @@ impl Logger {
         match named {
             Some((_, level)) => *level,
             None if own => self.level,
-            None => LevelFilter::Error.min(self.level),
+            None => self.libraries.min(self.level),
         }
     }
 }
@@ -187,6 +195,7 @@ mod tests {
         Logger {
             name: "sim_node".to_owned(),
             level,
+            libraries: LevelFilter::Error,
             levels: levels.iter().map(|(name, level)| (name.to_string(), *level)).collect(),
             format: Format::new("", false),
             to_console: true,

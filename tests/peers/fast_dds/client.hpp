@@ -5,12 +5,14 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
@@ -43,6 +45,38 @@ struct Leave {
 
 using Participant = std::unique_ptr<fastdds::DomainParticipant, Leave>;
 
+// The keys of the enclave that ROS's variables name, which must be ROS_SECURITY_ENCLAVE_OVERRIDE; none
+// without ROS_SECURITY_ENABLE=true.
+inline rtps::PropertyPolicy security() {
+    const auto variable = [](const char *name) {
+        const char *const value = std::getenv(name);
+        return std::string(value ? value : "");
+    };
+    rtps::PropertyPolicy policy;
+    if (variable("ROS_SECURITY_ENABLE") != "true") {
+        return policy;
+    }
+    const std::string directory = "file://" + variable("ROS_SECURITY_KEYSTORE") + "/enclaves" +
+                                  variable("ROS_SECURITY_ENCLAVE_OVERRIDE") + "/";
+    const std::string authentication = "dds.sec.auth.builtin.PKI-DH.";
+    const std::string access = "dds.sec.access.builtin.Access-Permissions.";
+    const std::pair<std::string, std::string> properties[] = {
+        {"dds.sec.auth.plugin", "builtin.PKI-DH"},
+        {"dds.sec.crypto.plugin", "builtin.AES-GCM-GMAC"},
+        {"dds.sec.access.plugin", "builtin.Access-Permissions"},
+        {authentication + "identity_ca", directory + "identity_ca.cert.pem"},
+        {authentication + "identity_certificate", directory + "cert.pem"},
+        {authentication + "private_key", directory + "key.pem"},
+        {access + "permissions_ca", directory + "permissions_ca.cert.pem"},
+        {access + "governance", directory + "governance.p7s"},
+        {access + "permissions", directory + "permissions.p7s"},
+    };
+    for (const auto &[name, value] : properties) {
+        policy.properties().emplace_back(name, value);
+    }
+    return policy;
+}
+
 // Joins a domain as ROS 2 does for ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST, but for shared memory:
 // participants find each other at the well-known unicast ports of loopback, and nothing leaves it.
 inline Participant join(uint32_t domain_id) {
@@ -59,6 +93,7 @@ inline Participant join(uint32_t domain_id) {
     // With an address of its own it asks for no multicast.
     discovery.metatrafficUnicastLocatorList.push_back(loopback);
     discovery.initialPeersList.push_back(loopback);
+    qos.properties(security());
     const auto factory = fastdds::DomainParticipantFactory::get_instance();
     Participant participant(factory->create_participant(domain_id, qos));
     if (!participant) {

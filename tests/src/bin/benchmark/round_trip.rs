@@ -8,7 +8,7 @@ use std::{
 
 use evac_msgs::{Header, Image, Reset, RosService, Step, reset, step};
 use evac_tests::{Nodes, PATIENCE};
-use ros_runtime::discovery::Discovery;
+use ros_runtime::{discovery::Discovery, security::{EnclaveName, Security}};
 use ros2_client::{
     Client, Context, Name, Node, NodeName, NodeOptions, ServiceMapping,
     qos::{History, QosProfile},
@@ -60,7 +60,7 @@ pub fn measure() -> anyhow::Result<RoundTripFigures> {
     nodes.start_beside("sim_node", "sim_node", &arguments);
     // Made before our own node and dropped after it, which mutes RustDDS: its last words are errors
     // that are none.
-    let (plain, plain_node) = plain_client(&nodes.discovery())?;
+    let (plain, plain_node) = plain_client(&nodes.discovery(Security::Off))?;
     let mut node = nodes.client();
     let own = std::env::current_exe()?;
     let _plain_server = Ended(nodes.command(&own).arg("plain-server").spawn()?);
@@ -204,7 +204,7 @@ fn call_plain(client: &PlainClient) -> anyhow::Result<f64> {
 
 /// The other side of the plain service: answers with an image as a step does.
 pub fn plain_server() -> anyhow::Result<()> {
-    let mut node = plain_node(&Discovery::from_environment()?, "plain_server")?;
+    let mut node = plain_node(&Discovery::from_environment(&EnclaveName::default())?, "plain_server")?;
     let server = node.create_server::<step::Request, step::Response>(
         ServiceMapping::Enhanced,
         &Name::parse(PLAIN_SERVICE)?,
