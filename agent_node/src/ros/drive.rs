@@ -12,24 +12,16 @@ use ros_runtime::{
 
 use super::{
     diagnostics::DriverState,
-    parameters::{Defaults, declare, model_directory, model_settings},
+    parameters::{TrainedModel, declare},
     simulator::image,
 };
-use crate::{
-    learning::{
-        checkpoint::load_model,
-        driver::{Driver, Reaction},
-        policy::Policy,
-    },
-    run::RunDirectory,
-};
+use crate::learning::driver::{Driver, Reaction};
 
 /// Drives a robot with a trained model, until the node is told to end.
 pub fn drive(arguments: &Arguments) -> anyhow::Result<()> {
     let mut node = Node::new("agent_node", arguments)?;
     let parameters = node.parameters().clone();
-    let model = model_directory(&parameters)?;
-    let (_, settings) = model_settings(&parameters, &Defaults::of_model(&model)?)?;
+    let model = TrainedModel::declare(&parameters)?;
     let settle_time = parameters.declare(
         "settle_time",
         0.1,
@@ -47,8 +39,7 @@ pub fn drive(arguments: &Arguments) -> anyhow::Result<()> {
     )?;
     declare(&parameters, "use_sim_time", false, "ROS's switch for simulated time")?;
     parameters.refuse_undeclared()?;
-    let policy = Policy::new(&load_model(&model.join(RunDirectory::MODEL), &settings)?, &settings)?;
-    let driver = Driver::new(policy, Duration::from_secs_f64(settle_time));
+    let driver = Driver::new(model.policy()?, Duration::from_secs_f64(settle_time));
     let state = DriverState::reported_by(node.diagnostics());
     node.start_services()?;
 

@@ -10,7 +10,8 @@ mod parameters;
 mod publishers;
 mod simulator;
 
-pub use simulator::Simulator;
+pub use parameters::TrainedModel;
+pub use simulator::{Simulator, image};
 
 /// The name of something of a simulator's, which stands in a namespace relative to the node's own;
 /// empty for that one.
