@@ -85,16 +85,25 @@ scenario_of() {
     sed -n '/agent_node:/,$s/^ *scenario: //p' "$1/config.yaml" | head -n 1
 }
 
-# Runs a simulator in the background, and again if it dies: the agent takes the episode up. The enclave
-# counts where there is security; whoever gives another one wins.
+# Runs a simulator in the background, and again if it dies: the agent takes the episode up. One that
+# never lives for long is given up, and the agent told to end. The enclave counts where there is
+# security; whoever gives another one wins.
 start_simulator() {
     (
-        child=
+        child= failures=0
         trap 'kill -TERM "$child" 2>/dev/null; wait "$child"; exit 0' TERM INT
         while :; do
+            start=$SECONDS
             "$bin/sim_node" --ros-args --enclave /evac/sim_node -- "$@" </dev/null &
             child=$!
             wait "$child" && exit 0
+            [[ $((SECONDS - start)) -lt 10 ]] || failures=0
+            failures=$((failures + 1))
+            if [[ $failures == 10 ]]; then
+                echo "sim_node ended with an error $failures times in a row; it is given up" >&2
+                kill -TERM $$
+                exit "$given_up"
+            fi
             echo "sim_node ended with an error; it is started again" >&2
             sleep 1
         done
@@ -114,8 +123,23 @@ start_simulators() {
     fi
 }
 
-# Runs the agent with a simulator beside it until the agent ends; returns its exit status.
+# Runs the agent with a simulator beside it until the agent ends; returns its exit status. An agent that
+# failed is started again, at most three times; a training goes on from the file $checkpoint.
 run_agent() {
+    local status=0 restarts=0 resume=()
+    run_agent_once "$@" || status=$?
+    # After a panic, or for want of memory: what is said to be an error would be one again.
+    while [[ ($status == 101 || $status == 134) && $restarts -lt 3 ]]; do
+        restarts=$((restarts + 1))
+        echo "agent_node failed; it is started again ($restarts of at most 3 times)" >&2
+        [[ ! -f "$checkpoint" ]] || resume=(--ros-args -p resume:=true)
+        status=0
+        run_agent_once "$@" "${resume[@]}" || status=$?
+    done
+    return "$status"
+}
+
+run_agent_once() {
     "$bin/agent_node" --ros-args --enclave /evac/agent_node -- "$@" </dev/null &
     agent=$!
     # Ctrl-C in a terminal reaches the agent itself; a signal to this script alone is passed on.
@@ -142,7 +166,7 @@ stop_simulators() {
         kill -TERM "$simulator" 2>/dev/null || true
     done
     for simulator in "${simulators[@]}"; do
-        wait "$simulator" 2>/dev/null || true
+        wait "$simulator" 2>/dev/null || [[ $? != "$given_up" ]] || failed=true
     done
     simulators=()
 }
@@ -158,9 +182,14 @@ compute_oracle() {
 }
 
 temporary=
+checkpoint=
 simulators=()
+# The status of a simulator's loop that has given up, and whether one has.
+given_up=3
+failed=false
 cleanup() {
     stop_simulators
     [[ -z "$temporary" ]] || rm -rf "$temporary"
+    [[ "$failed" == false ]] || exit 1
 }
 trap cleanup EXIT

@@ -37,6 +37,7 @@ while [[ $# -gt 0 ]]; do
 done
 [[ "$count" =~ ^[1-9][0-9]?$ && "$count" -le 64 ]] || fail "--simulators is '$count': expected 1 to 64"
 out=${out:-$root/runs/$scenario-$preset-seed$seed}
+checkpoint=$out/checkpoint.safetensors
 
 build_nodes
 temporary=$(mktemp -d)

@@ -6,8 +6,9 @@ use agent_node::{
     report::Reproduction,
     ros::{commands, drive},
 };
+use anyhow::Context;
 use clap::{Parser, Subcommand};
-use ros_runtime::Arguments;
+use ros_runtime::{Arguments, failure};
 
 /// Learns by deep Dyna-Q, from camera images alone, to drive a robot out of a room.
 #[derive(Parser)]
@@ -70,6 +71,11 @@ fn main() -> ExitCode {
 }
 
 fn run() -> anyhow::Result<()> {
+    failure::end_on_panic();
+    // How much a training takes is up to its parameters; something is left for the others.
+    if let Some(memory) = failure::machine_memory() {
+        failure::limit_memory(memory / 2).context("the memory cannot be limited")?;
+    }
     let arguments = Arguments::from_environment()?;
     match CommandLine::parse_from(&arguments.program).command {
         Command::Train { oracle } => commands::train(&arguments, oracle.as_deref()),

@@ -110,8 +110,7 @@ impl Drop for Saver {
     fn drop(&mut self) {
         self.trainings = None;
         if let Some(thread) = self.thread.take() {
-            // A panic there was told of when it happened, and what it has not written is written at
-            // the training's end.
+            // A panic there was told of when it happened.
             let _ = thread.join();
         }
     }

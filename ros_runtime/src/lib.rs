@@ -25,11 +25,13 @@
 //! - [`server`]: a server that a client's death does not silence.
 //! - [`spin`]: waiting without falling asleep at once, which is what a round trip costs most.
 //! - [`shutdown`]: SIGINT and SIGTERM as something that blocking and asynchronous code can ask for.
+//! - [`failure`]: a node that fails in one of its threads ends, and none takes all of the memory.
 
 pub mod arguments;
 pub mod clock;
 pub mod diagnostics;
 pub mod discovery;
+pub mod failure;
 mod graph;
 pub mod latency;
 pub mod logging;

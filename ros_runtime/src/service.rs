@@ -44,14 +44,6 @@ pub enum CallError {
         /// How long the call waited.
         seconds: f64,
     },
-    /// The answer cannot be read.
-    #[error("the service {service} sent an answer that cannot be read: {reason}")]
-    Unreadable {
-        /// The service.
-        service: String,
-        /// What is wrong with it.
-        reason: String,
-    },
     /// The request cannot be sent.
     #[error("the request to the service {service} cannot be sent: {reason}")]
     Unsendable {
@@ -191,10 +183,13 @@ impl<S: RosService> ServiceClient<S> {
             Some(sent) => sent,
             None => self.try_send(request)?,
         };
-        client.async_receive_response(id).await.map_err(|error| CallError::Unreadable {
-            service: self.name.clone(),
-            reason: error.to_string(),
-        })
+        loop {
+            match client.async_receive_response(id).await {
+                Ok(response) => return Ok(response),
+                // Anybody may have sent it; the answer may still come.
+                Err(error) => warn!("an answer of {} cannot be read: {error}", self.name),
+            }
+        }
     }
 
     /// Sends a request, by another client if this one's send window is full.

@@ -4,7 +4,7 @@ use std::{fs, num::NonZeroU64, path::PathBuf, process::ExitCode};
 
 use anyhow::Context;
 use clap::{Parser, Subcommand};
-use ros_runtime::{Arguments, names::Naming, parameters::Parameters};
+use ros_runtime::{Arguments, failure, names::Naming, parameters::Parameters};
 use serde::Serialize;
 use sim_node::{
     ros,
@@ -54,7 +54,12 @@ fn main() -> ExitCode {
     }
 }
 
+/// Many times what a room takes: more is taken only for packets that lie about their size.
+const MOST_MEMORY: u64 = 1 << 30;
+
 fn run() -> anyhow::Result<()> {
+    failure::end_on_panic();
+    failure::limit_memory(MOST_MEMORY).context("the memory cannot be limited")?;
     let arguments = Arguments::from_environment()?;
     match CommandLine::parse_from(&arguments.program).command {
         None => ros::run(&arguments),

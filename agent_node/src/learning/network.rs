@@ -119,29 +119,47 @@ impl QNetwork {
         .unwrap()
     }
 
-    /// A network of the same shape with saved weights and biases.
-    pub fn with_tensors(
-        &self,
+    /// A network of saved weights and biases, if they are of this form. It takes no more memory than
+    /// they do, whatever the form is.
+    pub fn from_tensors(
         prefix: &str,
+        inputs: usize,
+        hidden_layers: &[usize],
         tensors: &HashMap<String, Tensor>,
     ) -> std::result::Result<QNetwork, WeightsError> {
-        let mut found = Vec::new();
-        for (name, own) in self.tensors() {
-            let name = format!("{prefix}{name}");
-            let tensor = tensors.get(&name).ok_or_else(|| WeightsError::Missing(name.clone()))?;
-            if tensor.dims() != own.dims() {
-                let (found, expected) = (tensor.dims().to_vec(), own.dims().to_vec());
-                return Err(WeightsError::Shape { name, found, expected });
-            }
-            let tensor = tensor.to_dtype(DType::F32)?;
-            let numbers: Vec<f32> = tensor.flatten_all()?.to_vec1()?;
-            if !numbers.iter().all(|number| number.is_finite()) {
-                return Err(WeightsError::NotFinite(name));
-            }
-            found.push(tensor);
+        let mut layers = Vec::new();
+        let mut inputs = inputs;
+        let sizes = hidden_layers.iter().copied().chain([Action::COUNT]);
+        for (layer, outputs) in sizes.enumerate() {
+            let of = |part: &str, shape: &[usize]| {
+                saved(tensors, format!("{prefix}layers.{layer}.{part}"), shape)
+            };
+            let (weight, bias) = (of("weight", &[outputs, inputs])?, of("bias", &[outputs])?);
+            layers.push(Linear::new(weight, Some(bias)));
+            inputs = outputs;
         }
-        let pairs = found.chunks_exact(2).map(|pair| Ok([pair[0].clone(), pair[1].clone()]));
-        Ok(QNetwork::from_layers(pairs)?)
+        Ok(QNetwork { layers })
+    }
+}
+
+/// A saved tensor, if it is of this shape and its numbers are finite.
+fn saved(
+    tensors: &HashMap<String, Tensor>,
+    name: String,
+    expected: &[usize],
+) -> std::result::Result<Tensor, WeightsError> {
+    let Some(tensor) = tensors.get(&name) else {
+        return Err(WeightsError::Missing(name));
+    };
+    if tensor.dims() != expected {
+        let (found, expected) = (tensor.dims().to_vec(), expected.to_vec());
+        return Err(WeightsError::Shape { name, found, expected });
+    }
+    let tensor = tensor.to_dtype(DType::F32)?;
+    let numbers: Vec<f32> = tensor.flatten_all()?.to_vec1()?;
+    match numbers.iter().all(|number| number.is_finite()) {
+        true => Ok(tensor),
+        false => Err(WeightsError::NotFinite(name)),
     }
 }
 
@@ -203,13 +221,20 @@ mod tests {
             .tensors()
             .map(|(name, tensor)| (name.to_owned(), tensor.copy().unwrap()))
             .collect();
-        network.with_tensors("", &tensors).unwrap();
-        let nan = Tensor::new(&[f32::NAN; 7], &Device::Cpu).unwrap();
-        tensors.insert("layers.3.bias".into(), nan);
-        assert!(matches!(network.with_tensors("", &tensors), Err(WeightsError::NotFinite(_))));
+        let read = |tensors: &_| QNetwork::from_tensors("", 420, &[64, 128, 64], tensors);
+        read(&tensors).unwrap();
+        for wrong in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            let bias = Tensor::new(&[0.0, 0.0, 0.0, wrong, 0.0, 0.0, 0.0], &Device::Cpu).unwrap();
+            tensors.insert("layers.3.bias".into(), bias);
+            assert!(matches!(read(&tensors), Err(WeightsError::NotFinite(_))));
+        }
         tensors.insert("layers.3.bias".into(), Tensor::zeros(8, DType::F32, &Device::Cpu).unwrap());
-        assert!(matches!(network.with_tensors("", &tensors), Err(WeightsError::Shape { .. })));
+        assert!(matches!(read(&tensors), Err(WeightsError::Shape { .. })));
         tensors.remove("layers.3.bias");
-        assert!(matches!(network.with_tensors("", &tensors), Err(WeightsError::Missing(_))));
+        assert!(matches!(read(&tensors), Err(WeightsError::Missing(_))));
+        // A form that would take more memory than there is.
+        let huge = vec![usize::MAX / 1024; 3];
+        let result = QNetwork::from_tensors("", 420, &huge, &tensors);
+        assert!(matches!(result, Err(WeightsError::Shape { .. })));
     }
 }

@@ -18,7 +18,7 @@ use super::{
     ground_truth::GroundTruth,
     name_in,
     parameters::{
-        Defaults, count, declare, model_directory, model_settings, scenario, training_settings,
+        Defaults, TrainedModel, count, declare, model_settings, scenario, training_settings,
     },
     publishers::publish_status,
     simulator::{Connection, Simulator},
@@ -27,7 +27,6 @@ use crate::{
     background::Background,
     environment::EnvironmentError,
     learning::{
-        checkpoint::load_model,
         dyna_q::Decision,
         evaluation::{Evaluation, TestEpisode, TestListener, TestPlan, run_test},
         image::Image,
@@ -161,7 +160,7 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
             info!(
                 "stopped in episode {episode}, saved in {path}: the same command with --resume goes on"
             );
-            return Ok(());
+            return Ok(node.shutdown().check()?);
         }
         Err(error @ (TrainingError::Environment(_) | TrainingError::Listener(_))) => {
             let saved = match saver::write(&training, &directory) {
@@ -225,18 +224,15 @@ pub fn evaluate(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<
     let oracle = oracle.map(read_oracle).transpose()?;
     let mut node = Node::new("agent_node", arguments)?;
     let parameters = node.parameters().clone();
-    let model = model_directory(&parameters)?;
-    let defaults = Defaults::of_model(&model)?;
-    let (_, settings) = model_settings(&parameters, &defaults)?;
-    let scenario = scenario(&parameters, &defaults)?;
+    let model = TrainedModel::declare(&parameters)?;
+    let scenario = scenario(&parameters, &model.defaults)?;
     let test = TestParameters::declare(&parameters, "episodes", "seed", 1)?;
-    let default_out = model.display().to_string();
+    let default_out = model.directory.display().to_string();
     let out = declare(&parameters, "out", default_out, "the directory of evaluation.json")?;
     let common = Common::declare(&mut node, "")?;
     node.start_services()?;
 
-    let mut policy =
-        Policy::new(&load_model(&model.join(RunDirectory::MODEL), &settings)?, &settings)?;
+    let mut policy = model.policy()?;
     let directory = RunDirectory::open(Path::new(&out))?;
     let connection = Connection::new(&mut node, "")?;
     let Some(mut room) = connect(&node, connection, common.deadline)? else {

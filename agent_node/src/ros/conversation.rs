@@ -199,7 +199,7 @@ fn check(code: u8, message: String) -> Result<(), EnvironmentError> {
 }
 
 /// The image of a message, if it is one of the camera that the networks know.
-pub(super) fn image(message: &evac_msgs::Image) -> Result<Image, EnvironmentError> {
+pub fn image(message: &evac_msgs::Image) -> Result<Image, EnvironmentError> {
     let (width, height, encoding) = (message.width, message.height, message.encoding.as_str());
     if (width, height, encoding, message.step) != (20, 7, "rgb8", 60) {
         return Err(EnvironmentError::BadImage(format!(

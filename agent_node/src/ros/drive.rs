@@ -10,26 +10,14 @@ use ros_runtime::{
     parameters::Descriptor,
 };
 
-use super::{
-    conversation::image,
-    diagnostics::DriverState,
-    parameters::{Defaults, model_directory, model_settings},
-};
-use crate::{
-    learning::{
-        checkpoint::load_model,
-        driver::{Driver, Reaction},
-        policy::Policy,
-    },
-    run::RunDirectory,
-};
+use super::{conversation::image, diagnostics::DriverState, parameters::TrainedModel};
+use crate::learning::driver::{Driver, Reaction};
 
 /// Drives a robot with a trained model, until the node is told to end.
 pub fn drive(arguments: &Arguments) -> anyhow::Result<()> {
     let mut node = Node::new("agent_node", arguments)?;
     let parameters = node.parameters().clone();
-    let model = model_directory(&parameters)?;
-    let (_, settings) = model_settings(&parameters, &Defaults::of_model(&model)?)?;
+    let model = TrainedModel::declare(&parameters)?;
     let settle_time = parameters.declare(
         "settle_time",
         0.1,
@@ -46,8 +34,7 @@ pub fn drive(arguments: &Arguments) -> anyhow::Result<()> {
             .range(0.001..=3600.0),
     )?;
     parameters.refuse_undeclared()?;
-    let policy = Policy::new(&load_model(&model.join(RunDirectory::MODEL), &settings)?, &settings)?;
-    let driver = Driver::new(policy, Duration::from_secs_f64(settle_time));
+    let driver = Driver::new(model.policy()?, Duration::from_secs_f64(settle_time));
     let state = DriverState::reported_by(node.diagnostics());
     node.start_services()?;
 

@@ -11,6 +11,8 @@ mod parameters;
 mod publishers;
 mod simulator;
 
+pub use conversation::image;
+pub use parameters::TrainedModel;
 pub use simulator::Simulator;
 
 /// The name of something of a simulator's, which stands in a namespace relative to the node's own;

@@ -10,10 +10,15 @@ use ros_runtime::parameters::{
     Descriptor, FromParameter, ParameterError, ParameterValue, Parameters, read_file_of,
 };
 
-use crate::learning::{
-    exploration::EpsilonDecay,
-    scenario::{MIXED, ROOMS},
-    settings::{Preset, Settings, TargetUpdate},
+use crate::{
+    learning::{
+        checkpoint::load_model,
+        exploration::EpsilonDecay,
+        policy::Policy,
+        scenario::{MIXED, ROOMS},
+        settings::{Preset, Settings, TargetUpdate},
+    },
+    run::RunDirectory,
 };
 
 /// What a parameter is unless somebody says otherwise: as a trained model's config.yaml says, or
@@ -75,11 +80,34 @@ fn number(
 }
 
 /// Declares `model`: the directory of a training.
-pub(super) fn model_directory(parameters: &Parameters) -> anyhow::Result<PathBuf> {
+fn model_directory(parameters: &Parameters) -> anyhow::Result<PathBuf> {
     let description = "the directory of a training, with model.safetensors and config.yaml";
     let model = declare(parameters, "model", String::new(), description)?;
     anyhow::ensure!(!model.is_empty(), "parameter 'model' is missing: give -p model:=DIRECTORY");
     Ok(PathBuf::from(model))
+}
+
+/// A trained model, as its directory describes it.
+pub struct TrainedModel {
+    pub(super) directory: PathBuf,
+    pub(super) defaults: Defaults,
+    settings: Settings,
+}
+
+impl TrainedModel {
+    /// Declares `model` and what makes its network and its observation.
+    pub fn declare(parameters: &Parameters) -> anyhow::Result<TrainedModel> {
+        let directory = model_directory(parameters)?;
+        let defaults = Defaults::of_model(&directory)?;
+        let (_, settings) = model_settings(parameters, &defaults)?;
+        Ok(TrainedModel { directory, defaults, settings })
+    }
+
+    /// What the model does.
+    pub fn policy(&self) -> anyhow::Result<Policy> {
+        let network = load_model(&self.directory.join(RunDirectory::MODEL), &self.settings)?;
+        Ok(Policy::new(&network, &self.settings)?)
+    }
 }
 
 /// Declares `scenario`.

@@ -3,13 +3,18 @@
 //! What this project's own crates say is the node's and goes to both. Libraries speak on the
 //! console only, and by default only when something is wrong: their warnings are about the wire
 //! and come by the thousand. `--log-level rustdds:=debug` opens one of them.
+//!
+//! Whoever is in the network can make a node complain thousands of times a second. So warnings and
+//! errors of one line of the program are heard [`MOST_PER_SECOND`] times a second, and no message is
+//! longer than [`LONGEST_MESSAGE`].
 
 mod format;
 
 use std::{
+    collections::HashMap,
     io::Write,
     sync::{Arc, Mutex, OnceLock},
-    time::SystemTime,
+    time::{Duration, Instant, SystemTime},
 };
 
 use log::{Level, LevelFilter, Log, Metadata, Record};
@@ -20,6 +25,11 @@ pub use self::format::InvalidColorization;
 use crate::arguments::Arguments;
 
 static LOGGER: OnceLock<Logger> = OnceLock::new();
+
+/// How many warnings and errors of one line of the program are heard in a second.
+const MOST_PER_SECOND: u32 = 20;
+/// The bytes that are heard of a message.
+const LONGEST_MESSAGE: usize = 2000;
 
 struct Logger {
     /// The ROS logger's name: the node's.
@@ -40,6 +50,14 @@ struct Outputs {
     rosout: Option<Arc<NodeLoggingHandle>>,
     console: Option<Console>,
     libraries_muted: bool,
+    /// Warnings and errors, by their lines in the program.
+    said: HashMap<(Option<&'static str>, Option<u32>), Said>,
+}
+
+/// How often something was said since a moment.
+struct Said {
+    since: Instant,
+    times: u32,
 }
 
 /// Writes a line where a progress bar stands: the bar steps aside.
@@ -146,10 +164,16 @@ impl Log for Logger {
         }
         let own = OWN.contains(&record.target().split("::").next().unwrap_or_default());
         let name = if own { self.name.as_str() } else { record.target() };
-        let message = record.args().to_string();
-        let outputs = self.lock();
+        let mut outputs = self.lock();
         if outputs.libraries_muted && !own {
             return;
+        }
+        let Some(left_out) = outputs.admit(record, Instant::now()) else {
+            return;
+        };
+        let mut message = shortened(record.args().to_string(), LONGEST_MESSAGE);
+        if left_out > 0 {
+            message += &format!(" (and {left_out} more of this kind)");
         }
         if self.to_console {
             let line = self.format.line(record, SystemTime::now(), name, &message);
@@ -178,6 +202,34 @@ impl Log for Logger {
     fn flush(&self) {}
 }
 
+impl Outputs {
+    /// Whether a record is heard: how many of its kind were not, since the last one that was.
+    fn admit(&mut self, record: &Record, now: Instant) -> Option<u32> {
+        if record.level() > Level::Warn {
+            return Some(0);
+        }
+        let line = (record.file_static(), record.line());
+        let said = self.said.entry(line).or_insert(Said { since: now, times: 0 });
+        let mut left_out = 0;
+        if now - said.since >= Duration::from_secs(1) {
+            left_out = said.times.saturating_sub(MOST_PER_SECOND);
+            *said = Said { since: now, times: 0 };
+        }
+        said.times = said.times.saturating_add(1);
+        (said.times <= MOST_PER_SECOND).then_some(left_out)
+    }
+}
+
+/// A text that is cut off after so many bytes, between two characters.
+pub(crate) fn shortened(mut text: String, bytes: usize) -> String {
+    if text.len() > bytes {
+        let end = (0..=bytes).rev().find(|place| text.is_char_boundary(*place));
+        text.truncate(end.unwrap_or(0));
+        text.push_str("...");
+    }
+    text
+}
+
 fn rosout_level(level: Level) -> LogLevel {
     match level {
         Level::Error => LogLevel::Error,
@@ -201,6 +253,32 @@ mod tests {
             to_console: true,
             to_rosout: true,
             outputs: Mutex::default(),
+        }
+    }
+
+    #[test]
+    fn whoever_complains_without_end_is_heard_now_and_then() {
+        let mut outputs = Outputs::default();
+        let mut heard = |level, line, now| {
+            let record = Record::builder().level(level).line(Some(line)).build();
+            outputs.admit(&record, now)
+        };
+        let start = Instant::now();
+        for number in 0..1000 {
+            let expected = (number < MOST_PER_SECOND).then_some(0);
+            assert_eq!(heard(Level::Warn, 1, start), expected);
+            assert_eq!(heard(Level::Info, 2, start), Some(0));
+        }
+        assert_eq!(heard(Level::Error, 3, start), Some(0), "another line");
+        let later = start + Duration::from_secs(1);
+        assert_eq!(heard(Level::Warn, 1, later), Some(1000 - MOST_PER_SECOND));
+        assert_eq!(heard(Level::Warn, 1, later), Some(0));
+    }
+
+    #[test]
+    fn what_is_too_long_is_cut_between_two_characters() {
+        for (bytes, expected) in [(4, "a\u{e9}b"), (3, "a\u{e9}..."), (2, "a..."), (0, "...")] {
+            assert_eq!(shortened("a\u{e9}b".to_owned(), bytes), expected);
         }
     }
 

@@ -9,6 +9,10 @@ use ros2_client::{Message, Server, parameters::raw, rcl_interfaces as rcl};
 use serde::{Deserialize, Serialize};
 
 use super::{ParameterType, ParameterValue, Parameters};
+use crate::logging::shortened;
+
+/// The bytes of a reason to refuse a value.
+const LONGEST_REASON: usize = 2000;
 
 /// rcl_interfaces/srv/SetParameters and SetParametersAtomically ask the same.
 pub(crate) type SetRequest = rcl::SetParametersRequest;
@@ -173,8 +177,9 @@ fn set_atomically(parameters: &Parameters, changes: &[raw::Parameter]) -> raw::S
         let changes = values.iter().map(|(name, value)| (name.as_str(), value.clone()));
         parameters.set_all(changes).map_err(|error| error.to_string())
     });
+    // What is refused is quoted, and may be as long as a message.
     raw::SetParametersResult {
         successful: result.is_ok(),
-        reason: result.err().unwrap_or_default(),
+        reason: shortened(result.err().unwrap_or_default(), LONGEST_REASON),
     }
 }

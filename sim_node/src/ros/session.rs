@@ -513,7 +513,7 @@ impl Session {
     /// Lets the time of a step or reset pass, or that of the clock on the wall.
     fn pass_time(&mut self) {
         self.time = match self.wall {
-            None => self.time + self.step_duration,
+            None => self.time.saturating_add(self.step_duration),
             // Two images never have the same stamp.
             Some(now) => now.max(self.time + 1),
         };

@@ -93,7 +93,8 @@ impl FromStr for Scenario {
         Self::ALL
             .into_iter()
             .find(|scenario| scenario.name() == name)
-            .ok_or_else(|| UnknownScenario(name.to_owned()))
+            // A name may be as long as a message; the error goes back to whoever sent it.
+            .ok_or_else(|| UnknownScenario(name.chars().take(100).collect()))
     }
 }
 

@@ -8,7 +8,10 @@ use std::{
 
 use evac_msgs::{Header, Image, Reset, RosService, Step, reset, step};
 use evac_tests::{Nodes, PATIENCE};
-use ros_runtime::{discovery::Discovery, security::{EnclaveName, Security}};
+use ros_runtime::{
+    discovery::Discovery,
+    security::{EnclaveName, Security},
+};
 use ros2_client::{
     Client, Context, Name, Node, NodeName, NodeOptions, ServiceMapping,
     qos::{History, QosProfile},
@@ -204,7 +207,8 @@ fn call_plain(client: &PlainClient) -> anyhow::Result<f64> {
 
 /// The other side of the plain service: answers with an image as a step does.
 pub fn plain_server() -> anyhow::Result<()> {
-    let mut node = plain_node(&Discovery::from_environment(&EnclaveName::default())?, "plain_server")?;
+    let mut node =
+        plain_node(&Discovery::from_environment(&EnclaveName::default())?, "plain_server")?;
     let server = node.create_server::<step::Request, step::Response>(
         ServiceMapping::Enhanced,
         &Name::parse(PLAIN_SERVICE)?,

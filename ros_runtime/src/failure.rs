@@ -1,0 +1,62 @@
+//! What becomes of a node when something within it fails: it ends with an error, so that whoever
+//! started it can start it again.
+//!
+//! A program goes on when one of its threads panics. A node whose DDS has ended in that way would
+//! hear nobody, be heard by nobody, and look alive. And DDS believes what a packet says of its size:
+//! RustDDS 0.15 takes gigabytes for some that are 60 bytes long. docs/reliability.md lists them.
+
+use std::{fs, io, panic, process};
+
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+
+/// The exit status of a node that panicked, which is Rust's own.
+const PANICKED: i32 = 101;
+
+/// From now on a panic in any thread ends the process, once it was told of.
+pub fn end_on_panic() {
+    let tell = panic::take_hook();
+    panic::set_hook(Box::new(move |panic| {
+        tell(panic);
+        // Not by the logger, which speaks over DDS, too.
+        eprintln!(
+            "a part of this node has failed, as said above, so all of it ends: start it again"
+        );
+        process::exit(PANICKED);
+    }));
+}
+
+/// From now on the process ends when it asks for more memory than so many bytes (`SIGABRT`).
+pub fn limit_memory(bytes: u64) -> io::Result<()> {
+    let Rlimit { current, maximum } = getrlimit(Resource::Data);
+    // A stricter limit is somebody's who knows the machine.
+    let bytes = [Some(bytes), current, maximum].into_iter().flatten().min();
+    Ok(setrlimit(Resource::Data, Rlimit { current: bytes, maximum })?)
+}
+
+/// The memory of this machine in bytes, where the system tells it.
+pub fn machine_memory() -> Option<u64> {
+    let text = fs::read_to_string("/proc/meminfo").ok()?;
+    let total = text.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
+    let kibibytes: u64 = total.split_whitespace().next()?.parse().ok()?;
+    Some(kibibytes * 1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_limit_is_never_raised() {
+        let before = getrlimit(Resource::Data);
+        let most = 1 << 50;
+        limit_memory(most).unwrap();
+        limit_memory(2 * most).unwrap();
+        let expected = before.current.map_or(most, |current| current.min(most));
+        assert_eq!(getrlimit(Resource::Data).current, Some(expected));
+    }
+
+    #[test]
+    fn a_machine_has_some_memory() {
+        assert!(!cfg!(target_os = "linux") || machine_memory() > Some(1 << 24));
+    }
+}
