@@ -4,11 +4,15 @@
 //! What needs `evac_msgs` or the packages of a workspace is skipped where these are not built.
 
 use std::{
+    io::Write,
     process::{Command, Stdio},
     time::{Duration, Instant},
 };
 
+use evac_msgs::{ActionCommand, EpisodeStatus, Header, Image, RosMessage, geometry_msgs::Twist};
 use evac_tests::{Nodes, PATIENCE, repository};
+use ros_runtime::node::{Node, Subscription, reliable};
+use tokio::time::timeout;
 
 /// Images come by themselves, and a stock tool has something to hear.
 const SIMULATOR: [&str; 1] = ["frame_rate:=20.0"];
@@ -283,6 +287,137 @@ fn the_pair_is_launched() {
         let text = output(&nodes, &mut launch);
         assert!(out.join("summary.json").exists(), "{text}");
     }
+}
+
+#[test]
+fn a_trained_model_is_launched_to_drive() {
+    let mut nodes = Nodes::new();
+    if !is_there(&nodes, "pkg prefix evac_bringup") {
+        return;
+    }
+    let model = nodes.path("run");
+    let out = format!("out:='{}'", model.display());
+    nodes.start_simulator(&[]);
+    nodes.start_agent("train", &["episodes:=5", "evaluation_episodes:=0", &out]);
+    nodes.succeed("agent_node", PATIENCE);
+    nodes.kill("sim_node");
+    let watcher = nodes.client();
+    let statuses = watcher.create_subscription("episode", reliable(100)).expect("a subscription");
+    let mut launch = ros2(&nodes, "launch evac_bringup drive.launch.py")
+        .arg(format!("model:={}", model.display()))
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("ros2 starts");
+    wait_for(&watcher, &statuses, |status: &EpisodeStatus| status.step >= 3);
+    interrupt(&launch);
+    launch.wait().expect("it is our child");
+}
+
+/// One of the examples in rclpy, as a program.
+fn example(nodes: &Nodes, name: &str) -> Command {
+    let mut command = nodes.command("python3");
+    command.arg(repository().join("launch_scripts/examples").join(name));
+    command
+}
+
+/// A simulator beside which an example may run.
+fn example_room() -> Option<Nodes> {
+    let nodes = simulator()?;
+    is_there(&nodes, "interface show evac_msgs/srv/Step").then_some(nodes)
+}
+
+#[test]
+fn the_room_is_stepped_by_hand() {
+    let Some(nodes) = example_room() else { return };
+    let text = output(&nodes, &mut example(&nodes, "room.py"));
+    assert!(text.contains("step 1: action "), "{text}");
+}
+
+#[test]
+fn the_keys_drive_the_robot() {
+    let Some(nodes) = example_room() else { return };
+    let watcher = nodes.client();
+    let statuses = watcher.create_subscription("episode", reliable(100)).expect("a subscription");
+    // It wants a terminal, which `script` is to it; that takes a line for a shell, as which a command
+    // is shown.
+    let program = format!("{:?}", example(&nodes, "teleoperation.py"));
+    let mut teleoperation = nodes
+        .command("script")
+        .args(["--quiet", "--return", "--command", &program, "/dev/null"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("script starts");
+    let mut keys = teleoperation.stdin.take().expect("it is piped");
+    let mut press = |key: &str| {
+        keys.write_all(key.as_bytes()).and_then(|()| keys.flush()).expect("somebody reads");
+    };
+    // Who drives is not there at once, and a key is not pressed twice by itself.
+    let end = Instant::now() + PATIENCE;
+    for (key, action) in [("\x1b[A", 3), ("\x1b[D", 4), ("d", 1)] {
+        loop {
+            press(key);
+            let next = async { timeout(Duration::from_secs(1), statuses.async_take()).await };
+            let status = watcher.block_on(next).map(|status| status.expect("a readable one").0);
+            if status.is_ok_and(|status: EpisodeStatus| status.action == action) {
+                break;
+            }
+            assert!(Instant::now() < end, "the key for action {action} does nothing");
+        }
+    }
+    press("q");
+    assert!(teleoperation.wait().expect("it is our child").success());
+}
+
+#[test]
+fn the_bridge_shrinks_images_and_moves_the_robot() {
+    let Some(nodes) = example_room() else { return };
+    // The simulator's camera is the robot's: its small images are those that the bridge makes of them.
+    let mut bridge = example(&nodes, "robot_bridge.py")
+        .args(["--ros-args", "-p", "use_sim_time:=true"])
+        .args(["-r", "image:=/camera/image", "-r", "camera_info:=/camera/camera_info"])
+        .args(["-r", "camera/image:=/small/image", "-r", "action:=/small/action"])
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("python3 starts");
+    let mut watcher = nodes.client();
+    let large = watcher.create_subscription("camera/image", reliable(100)).expect("a subscription");
+    let small = watcher.create_subscription("small/image", reliable(100)).expect("a subscription");
+    let actions = watcher.create_publisher("small/action", reliable(1)).expect("a publisher");
+    let shrunk: Image = wait_for(&watcher, &small, |_| true);
+    let original: Image =
+        wait_for(&watcher, &large, |image: &Image| image.header.stamp >= shrunk.header.stamp);
+    assert_eq!(shrunk.data, original.data, "the room stands still");
+    let velocities = watcher.create_subscription::<Twist>("cmd_vel", reliable(100));
+    let velocities = velocities.expect("a subscription");
+    let end = Instant::now() + PATIENCE;
+    // It says nothing to a robot that is to stand still.
+    while velocities.take().expect("a readable message").is_none() {
+        assert!(Instant::now() < end, "the bridge never moves the robot");
+        let image: Image = wait_for(&watcher, &small, |_| true);
+        let header = Header { stamp: image.header.stamp, ..Header::default() };
+        actions.publish_with(|| ActionCommand { header, action: 5, sent_by_service: false });
+    }
+    interrupt(&bridge);
+    bridge.wait().expect("it is our child");
+}
+
+/// The next message that is as it should be.
+fn wait_for<M: RosMessage>(
+    node: &Node,
+    subscription: &Subscription<M>,
+    is_wanted: impl Fn(&M) -> bool,
+) -> M {
+    let found = async {
+        loop {
+            let (message, _) = subscription.async_take().await.expect("a readable message");
+            if is_wanted(&message) {
+                return message;
+            }
+        }
+    };
+    node.block_on(async { timeout(PATIENCE, found).await }).expect("a message in time")
 }
 
 /// Ctrl-C, for what ends by it.

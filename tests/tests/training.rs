@@ -7,7 +7,7 @@ use std::{
 };
 
 use agent_node::learning::{settings::Preset, training::Plan};
-use evac_msgs::{ActionCommand, EpisodeStatus, Time, TrainingStatus};
+use evac_msgs::{ActionCommand, EpisodeStatus, QValues, Time, TrainingStatus};
 use evac_tests::{Nodes, Outcome, PATIENCE};
 use ros_runtime::{
     node::reliable,
@@ -89,7 +89,10 @@ fn actions_are_published_for_whoever_watches() {
     let actions = actions.expect("a subscription");
     let statuses = watcher.create_subscription::<EpisodeStatus>("episode", reliable(1000));
     let statuses = statuses.expect("a subscription");
-    start_agent(&mut nodes, &out, "empty", &[]);
+    let thoughts = watcher.create_subscription::<QValues>("q_values", reliable(1000));
+    let thoughts = thoughts.expect("a subscription");
+    // The other preset leaves out what has been tried from the same image.
+    start_agent(&mut nodes, &out, "empty", &["preset:=paper"]);
     watcher.block_on(async {
         let patience = Duration::from_secs(60);
         // From some moment on the watcher is known; then every step has its command, in order.
@@ -106,6 +109,14 @@ fn actions_are_published_for_whoever_watches() {
                     break;
                 }
             }
+        }
+        // Why it does what it does: the best action, unless it explores.
+        for _ in 0..50 {
+            let next = tokio::time::timeout(patience, thoughts.async_take()).await;
+            let (thought, _) = next.expect("values").expect("readable ones");
+            let best = thought.values.iter().copied().fold(f32::MIN, f32::max);
+            let chosen = thought.values[usize::from(thought.action)];
+            assert!(thought.explored || chosen == best, "{thought:?}");
         }
     });
     nodes.succeed("agent_node", TRAINING);
