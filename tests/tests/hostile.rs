@@ -87,24 +87,19 @@ fn befriend(attacker: &mut Attacker) -> [Liar; 3] {
 
 #[test]
 fn packets_that_say_nonsense_disturb_nobody() {
-    const PACKETS: u32 = 5000;
+    const PACKETS: u32 = 20_000;
     let mut scene = Scene::new(300);
     let _liars = befriend(&mut scene.attacker);
     scene.start_training();
     scene.nodes.wait_for_steps(1);
     let (own, others) = (scene.attacker.own(), scene.attacker.others());
     let mut packets = Packets::new(1, own, others, 10_000, false);
-    let mut thrown = 0;
-    while thrown < PACKETS || scene.nodes.ended("agent_node").is_none() {
-        for _ in 0..50 {
-            scene.attacker.throw(&packets.draw(), 4);
-            thrown += 1;
-        }
+    for _ in 0..PACKETS / 50 {
+        (0..50).for_each(|_| scene.attacker.throw(&packets.draw(), 4));
         scene.assert_sound("sim_node");
         scene.assert_sound("agent_node");
         std::thread::sleep(Duration::from_millis(5));
     }
-    println!("{thrown} packets");
     scene.assert_ends_as_undisturbed();
 }
 
@@ -233,7 +228,7 @@ fn messages_that_are_wrong_are_refused_thousands_of_times_a_second() {
         (&replies, spoilt(&step::Response { message: "no".into(), ..Default::default() })),
     ];
     let mut sent = 0;
-    while sent < MESSAGES || scene.nodes.ended("agent_node").is_none() {
+    while sent < MESSAGES {
         for _ in 0..20 {
             for (liar, messages) in &lies {
                 liar.write(messages[sent % messages.len()].clone());
@@ -246,7 +241,6 @@ fn messages_that_are_wrong_are_refused_thousands_of_times_a_second() {
         scene.assert_sound("agent_node");
         std::thread::sleep(Duration::from_millis(1));
     }
-    println!("{} messages", sent * (lies.len() + 1));
     scene.assert_ends_as_undisturbed();
 }
 
