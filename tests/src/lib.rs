@@ -1,8 +1,10 @@
 //! What the integration tests share: the room in this process, and the real nodes as processes.
 
+pub mod attacker;
 pub mod network;
 mod nodes;
 mod outcome;
+pub mod packets;
 mod room;
 mod silent;
 

@@ -273,6 +273,11 @@ impl Nodes {
         }
     }
 
+    /// How a node has ended, if it has.
+    pub fn ended(&mut self, name: &str) -> Option<ExitStatus> {
+        self.process(name).child.try_wait().expect("it is our child")
+    }
+
     /// Waits for a node's end, which must be a success.
     pub fn succeed(&mut self, name: &str, patience: Duration) {
         let status = self.wait(name, patience);

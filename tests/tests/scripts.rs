@@ -7,7 +7,9 @@ use std::{
     time::{Duration, Instant},
 };
 
-use evac_tests::{Nodes, PATIENCE, binary, repository};
+use agent_node::learning::{settings::Preset, training::Plan};
+use evac_tests::{Nodes, Outcome, PATIENCE, binary, repository};
+use sim_node::world::WorldSettings;
 
 #[test]
 fn train_and_evaluate_leave_their_files() {
@@ -107,6 +109,54 @@ fn train_and_evaluate_leave_their_files() {
         let (status, text) = script(name, arguments);
         assert!(!status.success() && text.contains(expected), "{name} {arguments:?}: {text}");
     }
+}
+
+/// The process with this name in a process group, if there is one.
+fn find(name: &str, group: u32) -> Option<String> {
+    let processes = fs::read_dir("/proc").expect("there is /proc").map_while(Result::ok);
+    let mut numbers = processes.map(|entry| entry.file_name().to_string_lossy().into_owned());
+    numbers.find(|number| {
+        // number (name) state parent group ...
+        let stat = fs::read_to_string(format!("/proc/{number}/stat")).unwrap_or_default();
+        let group = group.to_string();
+        stat.contains(&format!("({name})")) && stat.split(' ').nth(4) == Some(group.as_str())
+    })
+}
+
+#[test]
+fn a_node_that_fails_is_started_again_and_the_training_goes_on() {
+    let nodes = Nodes::new();
+    binary("agent_node");
+    let out = nodes.path("run");
+    let log = nodes.path("train.log");
+    let text = || fs::read_to_string(&log).unwrap_or_default();
+    let mut train = nodes.command(repository().join("launch_scripts/train.sh"));
+    train.process_group(0).args(["--preset", "paper", "--episodes", "300", "--seed", "7"]);
+    train.args(["--evaluation-episodes", "0"]).arg("--out").arg(&out);
+    train.args(["--", "-p", "checkpoint_interval:=10"]);
+    let mut child = train.stderr(fs::File::create(&log).expect("a log")).spawn().expect("a script");
+    let end = Instant::now() + 5 * PATIENCE;
+    for name in ["agent_node", "sim_node"] {
+        while !out.join("checkpoint.safetensors").exists() {
+            assert!(Instant::now() < end, "{}", text());
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        let process = find(name, child.id()).expect("the node is there");
+        let kill = Command::new("kill").args(["-s", "ABRT", &process]).status();
+        assert!(kill.expect("kill runs").success());
+    }
+    assert!(child.wait().expect("it is our child").success(), "{}", text());
+    for expected in [
+        "agent_node failed; it is started again (1 of at most 3 times)",
+        "going on with episode",
+        "sim_node ended with an error; it is started again",
+    ] {
+        assert!(text().contains(expected), "{expected}: {}", text());
+    }
+    let plan = Plan { scenario: "empty".to_owned(), episodes: 300, seed: 7, rooms: 1 };
+    let max_steps = WorldSettings::default().max_steps;
+    let undisturbed = Outcome::in_process(plan, Preset::Paper, max_steps, &nodes.path("here"));
+    Outcome::left_in(&out).assert_is(&undisturbed);
 }
 
 #[test]

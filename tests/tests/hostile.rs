@@ -1,0 +1,302 @@
+//! Packets and messages of somebody who means harm, thrown at the nodes while a training runs: it ends as
+//! if nothing had been. What RustDDS does not survive ends a node, with an error, and not the machine.
+
+use std::{path::Path, time::Duration};
+
+use agent_node::learning::{settings::Preset, training::Plan};
+use evac_msgs::{ActionCommand, Image, reset, step};
+use evac_tests::{
+    Nodes, Outcome, PATIENCE,
+    attacker::{Attacker, Liar},
+    packets::{DATA_FRAG, GAP, HEARTBEAT, Packets, packet},
+};
+use ros_runtime::node::reliable;
+use rustdds::{RepresentationIdentifier, serialization::to_writer_with_rep_id};
+use serde::Serialize;
+
+const TRAINING: Duration = Duration::from_secs(600);
+const MAX_STEPS: u32 = 60;
+const SEED: u64 = 5;
+/// What a node may hold whatever it is sent, in MB: each holds some 20 to 60 in peace.
+const MOST_MEMORY_MB: f64 = 250.0;
+
+/// A training by the real nodes, and somebody who disturbs it.
+struct Scene {
+    nodes: Nodes,
+    attacker: Attacker,
+    episodes: u32,
+}
+
+impl Scene {
+    /// The simulator is the domain's first node, the attacker its second.
+    fn new(episodes: u32) -> Scene {
+        let mut nodes = Nodes::new();
+        nodes.start_simulator(&[&format!("max_steps:={MAX_STEPS}")]);
+        nodes.wait_for_log("sim_node", "the room is open");
+        let attacker = Attacker::new(nodes.discovery());
+        Scene { nodes, attacker, episodes }
+    }
+
+    fn start_training(&mut self) {
+        let (out, episodes) = (self.nodes.path("run"), self.episodes);
+        let parameters = [
+            format!("out:='{}'", out.display()),
+            format!("episodes:={episodes}"),
+            format!("seed:={SEED}"),
+            "preset:=paper".to_owned(),
+            "evaluation_episodes:=0".to_owned(),
+        ];
+        let parameters: Vec<&str> = parameters.iter().map(String::as_str).collect();
+        self.nodes.start_agent("train", &parameters);
+    }
+
+    fn assert_sound(&mut self, name: &str) {
+        let memory = self.nodes.memory_mb(name);
+        // Not a number once it has ended.
+        let is_small = memory.is_nan() || memory < MOST_MEMORY_MB;
+        assert!(is_small, "{name} holds {memory} MB:\n{}", self.nodes.log(name));
+    }
+
+    /// Waits for the training's end, which is that of an undisturbed one.
+    fn assert_ends_as_undisturbed(&mut self) {
+        self.nodes.succeed("agent_node", TRAINING);
+        for name in ["sim_node", "agent_node"] {
+            let log = self.nodes.log(name);
+            assert!(!log.contains("panicked"), "{name}:\n{log}");
+        }
+        let plan =
+            Plan { scenario: "empty".to_owned(), episodes: self.episodes, seed: SEED, rooms: 1 };
+        let here = self.nodes.path("here");
+        let undisturbed = Outcome::in_process(plan, Preset::Paper, MAX_STEPS, &here);
+        Outcome::left_in(&self.nodes.path("run")).assert_is(&undisturbed);
+    }
+}
+
+/// Makes the attacker known to the simulator, as a writer and as a reader; returns what it writes by.
+fn befriend(attacker: &mut Attacker) -> [Liar; 3] {
+    let liars = [
+        attacker.writer("rq/stepRequest", "evac_msgs::srv::dds_::Step_Request_"),
+        attacker.writer("rq/resetRequest", "evac_msgs::srv::dds_::Reset_Request_"),
+        attacker.writer("rt/action", "evac_msgs::msg::dds_::ActionCommand_"),
+    ];
+    attacker.read("rr/stepReply", "evac_msgs::srv::dds_::Step_Response_");
+    attacker.read("rt/camera/image", "sensor_msgs::msg::dds_::Image_");
+    attacker.wait_for_matches(5);
+    liars
+}
+
+#[test]
+fn packets_that_say_nonsense_disturb_nobody() {
+    const PACKETS: u32 = 20_000;
+    let mut scene = Scene::new(300);
+    let _liars = befriend(&mut scene.attacker);
+    scene.start_training();
+    scene.nodes.wait_for_steps(1);
+    let (own, others) = (scene.attacker.own(), scene.attacker.others());
+    let mut packets = Packets::new(1, own, others, 10_000, false);
+    for _ in 0..PACKETS / 50 {
+        (0..50).for_each(|_| scene.attacker.throw(&packets.draw(), 4));
+        scene.assert_sound("sim_node");
+        scene.assert_sound("agent_node");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    scene.assert_ends_as_undisturbed();
+}
+
+/// Packets that RustDDS 0.15.1 does not survive, each with what the node then says; see
+/// docs/reliability.md. A later version that does may have them struck out here.
+fn deadly_packets(attacker: &Attacker) -> Vec<(&'static str, Vec<Vec<u8>>)> {
+    let number = |number: i64| {
+        [((number >> 32) as i32).to_le_bytes(), (number as u32).to_le_bytes()].concat()
+    };
+    let (first, far) = (number(1), number(1 << 40));
+    let word = |word: u32| word.to_le_bytes().to_vec();
+    // The last byte of an endpoint says what it is: this one, a writer.
+    let writers = || attacker.own().iter().filter(|endpoint| endpoint[15] == 0x03);
+    let all_readers = [0; 4];
+    let by_writers = |kind: u8, body: &dyn Fn() -> Vec<u8>, start: &[u8]| -> Vec<Vec<u8>> {
+        let packets = writers().map(|writer| {
+            let body = [start, &all_readers, &writer[12..], &body()].concat();
+            packet(writer, kind, &body)
+        });
+        packets.collect()
+    };
+    let none = || [word(0), word(i32::MAX as u32)].concat();
+    vec![
+        (
+            "memory allocation of 4294967295 bytes failed",
+            // A fragment of one byte, of a sample of 4 GB.
+            by_writers(
+                DATA_FRAG,
+                &|| [number(1), word(1), vec![1, 0, 1, 0], word(u32::MAX), vec![0]].concat(),
+                &[0, 0, 28, 0],
+            ),
+        ),
+        (
+            "memory allocation of",
+            // There are 2^40 samples, which the reader is to ask for.
+            by_writers(HEARTBEAT, &|| [&first[..], &far, &word(i32::MAX as u32)].concat(), &[]),
+        ),
+        (
+            "memory allocation of",
+            // All samples but the first do not exist.
+            by_writers(GAP, &|| [&number(2)[..], &far, &none()].concat(), &[]),
+        ),
+    ]
+}
+
+#[test]
+fn what_dds_does_not_survive_ends_a_node_and_not_the_training() {
+    let mut scene = Scene::new(300);
+    let _liars = befriend(&mut scene.attacker);
+    scene.start_training();
+    let kinds = deadly_packets(&scene.attacker).len();
+    for kind in 0..kinds {
+        scene.nodes.wait_for_steps(1);
+        let (expected, packets) = deadly_packets(&scene.attacker).swap_remove(kind);
+        packets.iter().for_each(|packet| scene.attacker.throw(packet, 1));
+        let status = scene.nodes.wait("sim_node", PATIENCE);
+        let log = scene.nodes.log("sim_node");
+        assert!(!status.success() && log.contains(expected), "{status}, not '{expected}':\n{log}");
+        scene.nodes.start_simulator(&[&format!("max_steps:={MAX_STEPS}")]);
+        scene.nodes.wait_for_log("sim_node", "the room is open");
+        scene.attacker.wait_for_matches(5 * (kind + 2));
+    }
+    scene.assert_ends_as_undisturbed();
+}
+
+/// A message as it goes over the wire.
+fn encoded(message: &impl Serialize) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    to_writer_with_rep_id(&mut bytes, message, RepresentationIdentifier::CDR_LE)
+        .expect("it can be encoded");
+    bytes
+}
+
+/// What a bad hand makes of a message: its beginnings, and every four bytes of it as the length of
+/// something. The last bytes stay: in their place, zeros would be read.
+fn spoilt(message: &impl Serialize) -> Vec<Vec<u8>> {
+    let whole = encoded(message);
+    let ends = 0..whole.len().saturating_sub(3);
+    let mut all: Vec<Vec<u8>> = ends.map(|end| whole[..end].to_vec()).collect();
+    for place in (0..whole.len().saturating_sub(3)).step_by(4) {
+        for length in [u32::MAX, 1 << 31, 1 << 20, 3] {
+            let mut other = whole.clone();
+            other[place..place + 4].copy_from_slice(&length.to_le_bytes());
+            all.push(other);
+        }
+    }
+    all
+}
+
+/// A request for nothing that there is: whatever becomes of its bytes, the room stays as it is.
+fn refused_step() -> step::Request {
+    step::Request { episode: u64::MAX, step: u32::MAX, action: u8::MAX }
+}
+
+fn refused_reset(length: usize) -> reset::Request {
+    reset::Request { request: 1, seed: 1, scenario: "\u{e9}".repeat(length) }
+}
+
+#[test]
+fn messages_that_are_wrong_are_refused_thousands_of_times_a_second() {
+    const MESSAGES: usize = 30_000;
+    let mut scene = Scene::new(300);
+    let [steps, resets, actions] = befriend(&mut scene.attacker);
+    let set = "rq/sim_node/set_parametersRequest";
+    let parameters =
+        scene.attacker.writer(set, "rcl_interfaces::srv::dds_::SetParameters_Request_");
+    scene.start_training();
+    scene.nodes.wait_for_steps(1);
+    // The agent hears these, where it waits for the answers of the simulator.
+    let replies = scene.attacker.writer("rr/stepReply", "evac_msgs::srv::dds_::Step_Response_");
+    scene.attacker.wait_for_matches(7);
+
+    let not_utf8 = [&encoded(&(1u64, 1u64, 4u32))[..], &[0xff, 0xfe, 0xfd, 0]].concat();
+    let command = ActionCommand { action: u8::MAX, ..Default::default() };
+    let none = (Vec::<u8>::new(), Vec::<bool>::new(), Vec::<i64>::new());
+    let value = (8u8, false, 0i64, f64::NAN, "", none, vec![f64::NAN; 3], Vec::<String>::new());
+    let change = (vec![("fixed_robot", value)],);
+    let lies: [(&Liar, Vec<Vec<u8>>); 5] = [
+        (&steps, spoilt(&refused_step())),
+        (&resets, {
+            let long = [100, 30_000, 500_000].map(|length| encoded(&refused_reset(length)));
+            [spoilt(&refused_reset(3)), vec![not_utf8], long.to_vec()].concat()
+        }),
+        (&actions, spoilt(&command)),
+        (&parameters, spoilt(&change)),
+        (&replies, spoilt(&step::Response { message: "no".into(), ..Default::default() })),
+    ];
+    let mut sent = 0;
+    while sent < MESSAGES {
+        for _ in 0..20 {
+            for (liar, messages) in &lies {
+                liar.write(messages[sent % messages.len()].clone());
+            }
+            // Well-formed ones, which the room answers.
+            steps.write(encoded(&refused_step()));
+            sent += 1;
+        }
+        scene.assert_sound("sim_node");
+        scene.assert_sound("agent_node");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    scene.assert_ends_as_undisturbed();
+}
+
+#[test]
+fn images_that_are_none_do_not_stop_a_robot() {
+    let mut scene = Scene::new(2);
+    scene.start_training();
+    scene.assert_ends_as_undisturbed();
+    let model = scene.nodes.path("run");
+    drive_among_wrong_images(&mut scene, &model);
+}
+
+fn drive_among_wrong_images(scene: &mut Scene, model: &Path) {
+    let robot = ["frame_rate:=50", "motion_time:=0.02", "auto_reset:=true", "max_steps:=100"];
+    scene.nodes.start_simulator(&robot);
+    let settle_time = "settle_time:=0.06";
+    scene.nodes.start_agent("drive", &[&format!("model:='{}'", model.display()), settle_time]);
+    scene.nodes.wait_for_log("agent_node", "there are images");
+    let liar = scene.attacker.writer("rt/camera/image", "sensor_msgs::msg::dds_::Image_");
+    scene.attacker.wait_for_matches(1);
+
+    let image = Image {
+        height: 7,
+        width: 20,
+        encoding: "rgb8".to_owned(),
+        step: 60,
+        data: vec![0; 420],
+        ..Default::default()
+    };
+    let wrong = [
+        Image { width: u32::MAX, ..image.clone() },
+        Image { data: vec![0; 419], ..image.clone() },
+        Image { data: vec![0; 1_000_000], ..image.clone() },
+        Image { encoding: "32FC3".to_owned(), ..image.clone() },
+        Image { encoding: "\u{e9}".repeat(30_000), ..image.clone() },
+    ];
+    let lies = [spoilt(&wrong[1]), wrong.iter().map(encoded).collect()].concat();
+    let node = scene.nodes.client();
+    let commands = node.create_subscription::<ActionCommand>("action", reliable(10));
+    let commands = commands.expect("a subscription");
+    let mut heard = 0;
+    for number in 0.. {
+        for lie in 0..20 {
+            liar.write(lies[(20 * number + lie) % lies.len()].clone());
+        }
+        while let Ok(Some(_)) = commands.take() {
+            heard += 1;
+        }
+        scene.assert_sound("agent_node");
+        assert!(scene.nodes.ended("agent_node").is_none(), "{}", scene.nodes.log("agent_node"));
+        // All that may be wrong was sent, and the robot is still told where to go.
+        if heard >= 50 && 20 * number > 2 * lies.len() {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    scene.nodes.signal("agent_node", "INT");
+    scene.nodes.succeed("agent_node", PATIENCE);
+}
