@@ -1,11 +1,13 @@
 //! What the integration tests share: the room in this process, and the real nodes as processes.
 
+mod caller;
 pub mod network;
 mod nodes;
 mod outcome;
 mod room;
 mod silent;
 
+pub use caller::assert_calls_the_services;
 pub use nodes::{Nodes, PATIENCE, binary, repository};
 pub use outcome::Outcome;
 pub use room::Room;
