@@ -9,7 +9,7 @@ use std::{
 
 use agent_node::learning::{settings::Preset, training::Plan};
 use evac_msgs::{ActionCommand, Reset, Step, reset, sensor_msgs::Image, step};
-use evac_tests::{Nodes, Outcome, PATIENCE, binary, repository};
+use evac_tests::{Nodes, Outcome, PATIENCE, assert_calls_the_services, binary, repository};
 use ros_runtime::{Node, node::reliable, security::Security};
 
 /// A domain in which everybody should have keys.
@@ -175,6 +175,41 @@ fn cyclone_dds_without_keys_sees_nothing_and_reaches_nobody() {
         let (status, _, error) =
             secured.nodes.run(peer.args(options).args(["--timeout", &timeout]));
         assert!(!status.success() && error.contains(complaint), "{name}: {error}");
+    }
+}
+
+#[test]
+fn fast_dds_steps_with_permission_and_not_without() {
+    // There is no Fast DDS in PyPI, so this peer is not everywhere.
+    let Some(peer) = std::env::var_os("EVAC_FAST_DDS_PEER") else {
+        eprintln!("SKIPPED: no EVAC_FAST_DDS_PEER: launch_scripts/test.sh builds it if it can");
+        return;
+    };
+    let mut secured = Secured::new();
+    secured.nodes.set_variable("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp");
+    secured.start_simulator(&[]);
+    let caller = |enclave: &str| {
+        let mut caller = secured.nodes.command(&peer);
+        caller.env("ROS_SECURITY_ENCLAVE_OVERRIDE", enclave);
+        caller
+    };
+    let begin = Instant::now();
+    assert_calls_the_services(&secured.nodes, caller("/evac/operator"));
+    let timeout = (2 * begin.elapsed()).as_secs().max(1).to_string();
+
+    let foreign = make_keystore(&secured.nodes, "foreign");
+    let mut foreigner = caller("/evac/operator");
+    foreigner.env("ROS_SECURITY_KEYSTORE", foreign);
+    let mut insecure = caller("/evac/operator");
+    insecure.env("ROS_SECURITY_ENABLE", "false");
+    for (mut caller, complaint) in [
+        (caller("/evac/spectator"), "there can be no client of /reset"),
+        (foreigner, "nobody serves /reset"),
+        (insecure, "nobody serves /reset"),
+    ] {
+        let (status, _, error) =
+            secured.nodes.run(caller.args(["--steps", "1", "--timeout", &timeout]));
+        assert!(!status.success() && error.contains(complaint), "{error}");
     }
 }
 
