@@ -8,7 +8,7 @@
 //! throws others away.) At any time either side may be killed and started again, the agent from a
 //! checkpoint in any of its episodes, and the agent may ask by a new client, as it does when a send
 //! window is full. Bounded are the work, two episodes of three steps, and how often somebody is
-//! killed or a client replaced: twice, or `EVAC_FAULTS` times. Those are some 137,000 states.
+//! killed or a client replaced, twice. Those are some 137,000 states.
 //!
 //! In every state that can be reached the promises must hold. The last of them is that the training
 //! ends, as if nothing had happened, as soon as messages come through.
@@ -42,7 +42,7 @@ const SEEDS: [u64; 2] = [1, 2];
 /// Of every episode: alike, so that nothing but numbers tells the steps apart, and so many that there
 /// is one to come when the first is no longer the latest.
 const ACTIONS: [u8; 3] = [3, 3, 3];
-/// How often at most somebody is killed or a client replaced, unless `EVAC_FAULTS` says otherwise.
+/// How often at most somebody is killed or a client replaced.
 const FAULTS: u32 = 2;
 
 /// More requests than a training needs, with all that is repeated after a restart.
@@ -52,8 +52,6 @@ const ENOUGH: usize = 100;
 /// after each step.
 struct Training {
     undisturbed: Vec<Vec<Done>>,
-    /// How often at most somebody is killed or a client replaced.
-    faults: u32,
 }
 
 type Promise = Property<Training>;
@@ -127,7 +125,7 @@ enum Event {
 }
 
 impl Training {
-    fn new(faults: u32) -> Training {
+    fn new() -> Training {
         let mut room = Room::new(settings());
         let mut episode = |seed| {
             let first = room.reset(seed, SCENARIO.name()).map(Done::Reset);
@@ -141,7 +139,7 @@ impl Training {
         for (index, done) in seen.iter().enumerate() {
             assert!(!seen[..index].contains(done), "a wrong image must be told by its looks");
         }
-        Training { undisturbed, faults }
+        Training { undisturbed }
     }
 }
 
@@ -165,7 +163,7 @@ impl Model for Training {
         let requests = state.requests.iter().cloned();
         events.extend(requests.map(|(client, request)| Event::Request(client, request)));
         events.extend(state.answers.iter().cloned().map(Event::Answer));
-        if state.faults == self.faults {
+        if state.faults == FAULTS {
             return;
         }
         let begun = SEEDS.len().min(state.agent.episode + 1);
@@ -467,10 +465,8 @@ fn action(index: u8) -> Action {
 
 #[test]
 fn whatever_the_network_does_and_whoever_is_killed_a_step_is_taken_once() {
-    let faults = std::env::var("EVAC_FAULTS");
-    let faults = faults.map_or(FAULTS, |faults| faults.parse().expect("a number"));
     let threads = available_parallelism().map_or(1, usize::from);
-    let builder = Training::new(faults).checker().threads(threads);
+    let builder = Training::new().checker().threads(threads);
     let checker = builder.finish_when(HasDiscoveries::AnyFailures).spawn_bfs().join();
     println!("{} states, {} events deep", checker.unique_state_count(), checker.max_depth());
     checker.assert_properties();
