@@ -10,7 +10,7 @@ use evac_tests::{
     attacker::{Attacker, Liar},
     packets::{DATA_FRAG, GAP, HEARTBEAT, Packets, packet},
 };
-use ros_runtime::node::reliable;
+use ros_runtime::{node::reliable, security::Security};
 use rustdds::{RepresentationIdentifier, serialization::to_writer_with_rep_id};
 use serde::Serialize;
 
@@ -33,7 +33,7 @@ impl Scene {
         let mut nodes = Nodes::new();
         nodes.start_simulator(&[&format!("max_steps:={MAX_STEPS}")]);
         nodes.wait_for_log("sim_node", "the room is open");
-        let attacker = Attacker::new(nodes.discovery());
+        let attacker = Attacker::new(nodes.discovery(Security::Off));
         Scene { nodes, attacker, episodes }
     }
 
