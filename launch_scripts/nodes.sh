@@ -42,8 +42,8 @@ has_openssl() {
     pkg-config --exists openssl 2>/dev/null && command -v patch >/dev/null
 }
 
-# Sets `rustdds` to a directory with RustDDS and its correction, beside what else is built: without it
-# security reads few messages.
+# Sets `rustdds` to a directory with RustDDS and its corrections, beside what else is built: without
+# them security reads few messages.
 correct_rustdds() {
     has_openssl || fail "security needs OpenSSL's headers, pkg-config and patch" \
         "(Debian: libssl-dev pkg-config patch)"

@@ -47,6 +47,10 @@ pub fn binary(name: &str) -> PathBuf {
             .args(["build", "--quiet", "--bins", "--profile", profile])
             .args(["--package", "sim_node", "--package", "agent_node"])
             .current_dir(repository());
+        // What cargo says to a test of its package has ring, which security stands on, built anew.
+        for (name, _) in std::env::vars().filter(|(name, _)| is_of_a_package(name)) {
+            build.env_remove(name);
+        }
         if cfg!(feature = "security") {
             let rustdds = std::env::var("EVAC_RUSTDDS")
                 .expect("EVAC_RUSTDDS names RustDDS as corrected: run launch_scripts/test.sh");
@@ -57,6 +61,10 @@ pub fn binary(name: &str) -> PathBuf {
         directory
     });
     directory.join(name)
+}
+
+fn is_of_a_package(variable: &str) -> bool {
+    ["CARGO_MANIFEST_", "CARGO_PKG_"].iter().any(|prefix| variable.starts_with(prefix))
 }
 
 /// A domain and the processes in it, which end with it.
