@@ -46,6 +46,21 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_panic_in_any_thread_ends_the_process() {
+        let own = std::env::current_exe().unwrap();
+        let test = ["--ignored", "--exact", "failure::tests::a_thread_panics"];
+        let status = process::Command::new(own).args(test).status().unwrap();
+        assert_eq!(status.code(), Some(PANICKED));
+    }
+
+    #[test]
+    #[ignore = "it ends the process: the test above runs it"]
+    fn a_thread_panics() {
+        end_on_panic();
+        let _ = std::thread::spawn(|| panic!("as it should")).join();
+    }
+
+    #[test]
     fn a_limit_is_never_raised() {
         let before = getrlimit(Resource::Data);
         let most = 1 << 50;
