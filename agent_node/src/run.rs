@@ -158,15 +158,13 @@ impl RunDirectory {
     /// Writes `episodes.csv`.
     pub fn write_episodes(&self, records: &[EpisodeRecord]) -> Result<(), WriteError> {
         const NAME: &str = "episodes.csv";
-        let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
         let columns = ["episode", "steps", "return", "epsilon", "loss", "blocked", "terminated"];
-        let mut write = || -> csv::Result<()> {
+        self.write_by(NAME, |path| {
+            let mut writer = csv::WriterBuilder::new().has_headers(false).from_path(path)?;
             writer.write_record(columns)?;
-            records.iter().try_for_each(|record| writer.serialize(record))
-        };
-        write().map_err(|error| write_error(&self.file(NAME), error))?;
-        let bytes = writer.into_inner().map_err(|error| write_error(&self.file(NAME), error))?;
-        self.write(NAME, &bytes)
+            records.iter().try_for_each(|record| writer.serialize(record))?;
+            Ok(writer.flush()?)
+        })
     }
 
     /// Writes `config.yaml`: the parameters of several nodes, as a file for `--params-file`.

@@ -6,10 +6,12 @@
 use std::{
     cmp::Reverse,
     collections::BinaryHeap,
+    fs::File,
+    os::fd::AsFd,
     process::{Child, Command, Stdio},
     sync::{
         Arc,
-        atomic::{AtomicBool, Ordering},
+        atomic::{AtomicBool, AtomicU64, Ordering},
         mpsc::{Receiver, RecvTimeoutError, channel},
     },
     thread,
@@ -19,6 +21,7 @@ use std::{
 use anyhow::{Context, ensure};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rustix::thread::{LinkNameSpaceType, move_into_link_name_space};
 use tun_rs::{DeviceBuilder, Layer, SyncDevice};
 
 /// A frame of Ethernet without its checksum, and with room to spare.
@@ -35,16 +38,51 @@ pub struct Faults {
     pub delay: Duration,
 }
 
+/// What has become of the frames so far, in both directions.
+#[derive(Clone, Copy, Debug)]
+pub struct Traffic {
+    /// Frames that were sent.
+    pub frames: u64,
+    /// Those of them that did not arrive, not once, because of the losses or of a cut.
+    pub lost: u64,
+    /// Those that arrived twice.
+    pub repeated: u64,
+}
+
+/// [`Traffic`] as it is counted.
+#[derive(Debug, Default)]
+struct Counters {
+    frames: AtomicU64,
+    lost: AtomicU64,
+    repeated: AtomicU64,
+}
+
 /// One of the hosts.
 pub struct Host {
     /// Holds the namespace.
     holder: Child,
 }
 
+/// A way to a [`Host`] for a thread of this process.
+pub struct Door(File);
+
+impl Door {
+    /// Takes this thread to the host: its sockets from now on, and the threads that it starts.
+    ///
+    /// # Errors
+    ///
+    /// If this process may not.
+    pub fn enter(&self) -> anyhow::Result<()> {
+        let kind = Some(LinkNameSpaceType::Network);
+        Ok(move_into_link_name_space(self.0.as_fd(), kind)?)
+    }
+}
+
 /// The hosts and the relay, which end with this value.
 pub struct Network {
     hosts: [Host; 2],
     is_cut: Arc<AtomicBool>,
+    counters: Arc<Counters>,
 }
 
 impl Network {
@@ -56,18 +94,19 @@ impl Network {
     pub fn new(faults: Faults, seed: u64) -> anyhow::Result<Network> {
         let hosts = [Host::new()?, Host::new()?];
         let is_cut = Arc::new(AtomicBool::new(false));
+        let counters = Arc::new(Counters::default());
         let devices = [hosts[0].attach(1)?, hosts[1].attach(2)?];
         for (from, to) in [(0, 1), (1, 0)] {
             let (source, sink) = (devices[from].clone(), devices[to].clone());
             let random = ChaCha8Rng::seed_from_u64(2 * seed + from as u64);
-            let is_cut = is_cut.clone();
+            let relay = Relay { is_cut: is_cut.clone(), counters: counters.clone(), faults };
             let (sender, frames) = channel();
             thread::spawn(move || send_when_due(&sink, &frames));
             thread::spawn(move || {
-                receive(&source, &is_cut, faults, random, |frame| sender.send(frame).is_ok());
+                relay.receive(&source, random, |frame| sender.send(frame).is_ok());
             });
         }
-        Ok(Network { hosts, is_cut })
+        Ok(Network { hosts, is_cut, counters })
     }
 
     /// Whether this machine and this process can have such a network; if not, what is missing.
@@ -101,6 +140,13 @@ impl Network {
     pub fn set_cut(&self, is_cut: bool) {
         self.is_cut.store(is_cut, Ordering::Relaxed);
     }
+
+    /// What has become of the frames so far.
+    pub fn traffic(&self) -> Traffic {
+        let Counters { frames, lost, repeated } = &*self.counters;
+        let number = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
+        Traffic { frames: number(frames), lost: number(lost), repeated: number(repeated) }
+    }
 }
 
 impl Host {
@@ -122,6 +168,15 @@ impl Host {
 
     fn namespace(&self) -> String {
         format!("/proc/{}/ns/net", self.holder.id())
+    }
+
+    /// What takes a thread of this process to this host.
+    ///
+    /// # Errors
+    ///
+    /// If the host is gone.
+    pub fn door(&self) -> anyhow::Result<Door> {
+        Ok(Door(File::open(self.namespace())?))
     }
 
     fn is_apart(&self) -> anyhow::Result<bool> {
@@ -175,29 +230,46 @@ fn run(command: &mut Command) -> anyhow::Result<()> {
 /// When a frame is sent on, its number among all of its direction, and its bytes.
 type Frame = Reverse<(Instant, u64, Vec<u8>)>;
 
-/// Reads what a host sends, until the host is gone.
-fn receive(
-    source: &SyncDevice,
-    is_cut: &AtomicBool,
+/// One direction of the network.
+struct Relay {
+    is_cut: Arc<AtomicBool>,
+    counters: Arc<Counters>,
     faults: Faults,
-    mut random: impl Rng,
-    mut send: impl FnMut(Frame) -> bool,
-) {
-    let mut buffer = vec![0; LONGEST_FRAME];
-    let mut number = 0;
-    while let Ok(length) = source.recv(&mut buffer) {
-        let copies = 1 + usize::from(random.random_bool(faults.repetition));
-        for _ in 0..copies {
-            let is_lost = random.random_bool(faults.loss);
-            let delay = faults.delay.mul_f64(random.random());
-            if is_lost || is_cut.load(Ordering::Relaxed) {
-                continue;
+}
+
+impl Relay {
+    /// Reads what a host sends, until the host is gone.
+    fn receive(
+        &self,
+        source: &SyncDevice,
+        mut random: impl Rng,
+        mut send: impl FnMut(Frame) -> bool,
+    ) {
+        let Faults { loss, repetition, delay } = self.faults;
+        let mut buffer = vec![0; LONGEST_FRAME];
+        let mut number = 0;
+        while let Ok(length) = source.recv(&mut buffer) {
+            let mut arriving = 0;
+            for _ in 0..1 + usize::from(random.random_bool(repetition)) {
+                let is_lost = random.random_bool(loss);
+                let delay = delay.mul_f64(random.random());
+                if is_lost || self.is_cut.load(Ordering::Relaxed) {
+                    continue;
+                }
+                number += 1;
+                arriving += 1;
+                let frame = (Instant::now() + delay, number, buffer[..length].to_vec());
+                if !send(Reverse(frame)) {
+                    return;
+                }
             }
-            number += 1;
-            let frame = (Instant::now() + delay, number, buffer[..length].to_vec());
-            if !send(Reverse(frame)) {
-                return;
-            }
+            let Counters { frames, lost, repeated } = &*self.counters;
+            frames.fetch_add(1, Ordering::Relaxed);
+            match arriving {
+                0 => lost.fetch_add(1, Ordering::Relaxed),
+                1 => 0,
+                _ => repeated.fetch_add(1, Ordering::Relaxed),
+            };
         }
     }
 }

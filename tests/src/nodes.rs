@@ -185,6 +185,12 @@ impl Nodes {
         kibibytes.map_or(f64::NAN, |kibibytes| kibibytes * 1024.0 / 1e6)
     }
 
+    /// How many files, sockets and the like a node has open; none once it has ended.
+    pub fn handles(&mut self, name: &str) -> Option<usize> {
+        let handles = format!("/proc/{}/fd", self.process(name).child.id());
+        Some(std::fs::read_dir(handles).ok()?.count())
+    }
+
     /// Waits for a node's end: the most memory that it was seen to hold, in MB.
     pub fn greatest_memory_mb(&mut self, name: &str, patience: Duration) -> f64 {
         let end = Instant::now() + patience;

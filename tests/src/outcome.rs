@@ -15,6 +15,7 @@ use sim_node::world::WorldSettings;
 use crate::{Room, Silent};
 
 /// The episodes and the weights of a training, as its files have them.
+#[derive(PartialEq, Eq)]
 pub struct Outcome {
     episodes: Vec<u8>,
     model: Vec<u8>,

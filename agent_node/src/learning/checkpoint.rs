@@ -1,8 +1,8 @@
 //! A training laid down in one file, to be taken up again as if nothing had happened.
 //!
 //! `checkpoint.safetensors` holds the weights of both networks, Adam's moments in the same shapes, the
-//! replay memory and, under its only metadata key, a checksum of the whole and, as JSON, the progress
-//! and the state of every random sequence.
+//! replay memory, the records of the episodes and, under its only metadata key, a checksum of the whole
+//! and, as JSON, the rest of the progress and the state of every random sequence.
 
 use std::{
     borrow::Cow, collections::HashMap, fmt::Display, ops::Range, path::Path, time::Duration,
@@ -22,14 +22,17 @@ use super::{
     network::{QNetwork, WeightsError},
     observation::input_size,
     perceptron::Perceptron,
+    record::EpisodeRecord,
     replay_memory::{Experience, Frame, ReplayMemory},
     settings::Settings,
     training::{CurrentEpisode, Plan, Progress, Training},
 };
 
 /// The form of the file; another one is refused.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 const METADATA_KEY: &str = "training";
+/// The tensor of the episodes' records.
+const RECORDS: &str = "records";
 
 /// Why a file of tensors cannot be used.
 #[derive(Debug, Error)]
@@ -61,14 +64,15 @@ pub enum LoadError {
 }
 
 #[derive(Serialize, Deserialize)]
-struct State {
+struct State<'a> {
     version: u32,
     scenario: String,
     episodes: u32,
     seed: u64,
     rooms: usize,
-    settings: Settings,
-    progress: Progress,
+    settings: Cow<'a, Settings>,
+    /// Without its records.
+    progress: Cow<'a, Progress>,
     adam_step: u64,
     exploration_random: RandomState,
     replay_random: RandomState,
@@ -135,8 +139,8 @@ impl Training {
             episodes: self.plan.episodes,
             seed: self.plan.seed,
             rooms: self.plan.rooms,
-            settings: learner.settings.clone(),
-            progress: self.progress.clone(),
+            settings: Cow::Borrowed(&learner.settings),
+            progress: Cow::Borrowed(&self.progress),
             adam_step: learner.adam.step,
             exploration_random: RandomState::of(&learner.exploration_random),
             replay_random: RandomState::of(&learner.replay_random),
@@ -179,6 +183,11 @@ impl Training {
         column("action", &|e| u32::from(e.action.index()))?;
         column("reward_bits", &|e| e.reward.to_bits())?;
         column("terminated", &|e| u32::from(e.terminated))?;
+        let records = &self.progress.records;
+        let rows: Vec<f64> = records.iter().flat_map(EpisodeRecord::to_row).collect();
+        let shape = (records.len(), EpisodeRecord::COLUMNS);
+        let rows = Tensor::from_vec(rows, shape, device)?;
+        tensors.push((RECORDS.to_owned(), Column::Tensor(rows)));
 
         tensors.sort_by(|(a, _), (b, _)| a.cmp(b));
         let state = serde_json::to_string(&state).map_err(candle_core::Error::wrap)?;
@@ -211,10 +220,11 @@ impl Training {
             return differs("seed", &state.seed, &plan.seed);
         } else if state.rooms != plan.rooms {
             return differs("number of simulators", &state.rooms, &plan.rooms);
-        } else if state.settings != settings {
+        } else if *state.settings != settings {
             return Err(does_not_fit(path, difference(&state.settings, &settings)));
         }
-        state.check().map_err(damaged)?;
+        let records = file.records().map_err(damaged)?;
+        state.check(records.len()).map_err(damaged)?;
         let mut training =
             Training::new(plan, settings).map_err(|error| does_not_fit(path, error))?;
         let learner = &mut training.learner;
@@ -234,7 +244,7 @@ impl Training {
         }
         learner.exploration_random = state.exploration_random.restore().map_err(damaged)?;
         learner.replay_random = state.replay_random.restore().map_err(damaged)?;
-        training.progress = state.progress;
+        training.progress = Progress { records, ..state.progress.into_owned() };
         Ok(training)
     }
 }
@@ -292,15 +302,15 @@ impl View for Column<'_> {
     }
 }
 
-impl State {
-    /// Whether the numbers are such as a training may have.
-    fn check(&self) -> Result<(), String> {
+impl State<'_> {
+    /// Whether the numbers are such as a training may have that has so many records.
+    fn check(&self, records: usize) -> Result<(), String> {
         let progress = &self.progress;
         // A hundred years, and more images and updates than they could bring.
         const LONGEST: Duration = Duration::from_secs(100 * 365 * 86_400);
         const MOST: u64 = 1 << 48;
         let active: Vec<&CurrentEpisode> = progress.current.iter().flatten().collect();
-        let problem = if progress.records.len() + active.len() != progress.next_episode as usize
+        let problem = if records + active.len() != progress.next_episode as usize
             || progress.next_episode > self.episodes
         {
             "it has more or fewer episodes than were begun"
@@ -440,7 +450,7 @@ impl<'a> File<'a> {
     }
 
     /// The state of a training, if the file is as it was written.
-    fn state(&self) -> Result<State, LoadError> {
+    fn state(&self) -> Result<State<'static>, LoadError> {
         let sealed = self.metadata.get(METADATA_KEY);
         let sealed = sealed.ok_or_else(|| self.damaged("it is no checkpoint"))?;
         // Before version 4 there was no checksum before the state.
@@ -450,7 +460,8 @@ impl<'a> File<'a> {
         }
         let (written, state) =
             sealed.split_once(' ').ok_or_else(|| self.damaged("it has no checksum"))?;
-        let state_is: State = serde_json::from_str(state).map_err(|error| self.damaged(error))?;
+        let state_is: State<'static> =
+            serde_json::from_str(state).map_err(|error| self.damaged(error))?;
         let mut views: Vec<_> = self.tensors.iter().collect();
         views.sort_by_key(|(name, _)| *name);
         let found = checksum(state, views.iter().map(|(name, view)| (*name, view)));
@@ -471,6 +482,25 @@ impl<'a> File<'a> {
             Ok((name.to_owned(), tensor))
         };
         floats.map(tensor).collect()
+    }
+
+    /// The records of the episodes.
+    fn records(&self) -> Result<Vec<EpisodeRecord>, String> {
+        let view = self.tensors.tensor(RECORDS).map_err(|_| format!("{RECORDS} is missing"))?;
+        let (numbers, []) = view.data().as_chunks() else {
+            return Err(format!("{RECORDS} is damaged"));
+        };
+        if view.dtype() != Dtype::F64 {
+            return Err(format!("{RECORDS} holds something else than 64-bit floats"));
+        }
+        let numbers: Vec<f64> = numbers.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
+        let (rows, []) = numbers.as_chunks() else {
+            return Err(format!("{RECORDS} is no table of {} columns", EpisodeRecord::COLUMNS));
+        };
+        let record = |(index, row)| {
+            EpisodeRecord::from_row(row).ok_or_else(|| format!("no episode is as record {index}"))
+        };
+        rows.iter().enumerate().map(record).collect()
     }
 
     /// A list of whole numbers.
@@ -604,7 +634,7 @@ mod tests {
             (r#""episode":1,"image":null"#, r#""episode":2,"image":null"#),
             (r#""episode":1,"image":null"#, r#""episode":1,"image":0"#),
             (r#""begun":null"#, r#""begun":{"actions":[1],"updates":0}"#),
-            (r#""version":4"#, r#""version":2"#),
+            (r#""version":5"#, r#""version":2"#),
             (r#""position":"0""#, r#""position":"y""#),
         ] {
             let result = load(&with_state(&bytes, from, to), plan(), settings.clone());

@@ -60,7 +60,8 @@ pub enum TrainingError {
 /// What a training has done so far.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
-    /// One record per finished episode.
+    /// One record per finished episode; in a checkpoint they lie apart.
+    #[serde(skip)]
     pub records: Vec<EpisodeRecord>,
     /// Steps of all episodes, the unfinished one included.
     pub total_steps: u64,
