@@ -24,8 +24,7 @@ while [[ $# -gt 0 ]]; do
         *) fail "unknown option '$1'; see --help" ;;
     esac
 done
-check_rust
+run_cargo build --package evac_tests --features benchmark --bin ablation
 cd "$root"
-cargo build --release --locked --package evac_tests --features benchmark --bin ablation
 exec "$(realpath "${CARGO_TARGET_DIR:-target}")/release/ablation" --seed "$seed" --jobs "$jobs" \
     --out "$out" --results docs/results.md

@@ -45,6 +45,6 @@ fi
 
 build_nodes
 # Not in one with the nodes, which would then be built for both of its own features and theirs.
-(cd "$root" && cargo build --release --locked --package evac_tests --features benchmark)
+run_cargo build --package evac_tests --features benchmark
 # candle's matrix product, which the update is measured by, on one thread.
 RAYON_NUM_THREADS=1 "$bin/benchmark" "${arguments[@]}"

@@ -37,40 +37,51 @@ check_rust() {
         fail "there is no C compiler to link with: install one, such as Debian's package gcc"
 }
 
-# Whether there is what security is built with.
-has_openssl() {
-    pkg-config --exists openssl 2>/dev/null && command -v patch >/dev/null
+check_openssl() {
+    pkg-config --exists openssl 2>/dev/null ||
+        fail "security needs OpenSSL's headers and pkg-config (Debian: libssl-dev pkg-config)"
 }
 
-# Sets `rustdds` to a directory with RustDDS and its corrections, beside what else is built: without
-# them security reads few messages.
+# Sets EVAC_RUSTDDS to a directory with RustDDS as rustdds.patch corrects it, beside what else is built.
 correct_rustdds() {
-    has_openssl || fail "security needs OpenSSL's headers, pkg-config and patch" \
-        "(Debian: libssl-dev pkg-config patch)"
-    local correction=$root/launch_scripts/security/rustdds.patch source
-    source=$(cd "$root" && cargo metadata --locked --format-version 1 --features security |
+    local correction=$root/launch_scripts/rustdds.patch source corrected
+    source=$(cd "$root" && cargo metadata --locked --format-version 1 |
         grep --only-matching '[^"]*/rustdds-[0-9.]*/Cargo\.toml' | head -n 1)
     source=$(dirname "$source")
-    rustdds=$(cd "$root" && realpath --canonicalize-missing "${CARGO_TARGET_DIR:-target}")
-    rustdds=$rustdds/corrected/$(basename "$source")
-    if ! cmp --silent "$correction" "$rustdds/correction.patch"; then
-        rm -rf "$rustdds"
-        mkdir -p "$(dirname "$rustdds")"
-        cp -r "$source" "$rustdds"
-        patch --quiet --directory "$rustdds" --strip 1 <"$correction"
-        cp "$correction" "$rustdds/correction.patch"
+    corrected=$(cd "$root" && realpath --canonicalize-missing "${CARGO_TARGET_DIR:-target}")
+    corrected=$corrected/corrected/$(basename "$source")
+    if ! cmp --silent "$correction" "$corrected/correction.patch"; then
+        rm -rf "$corrected"
+        mkdir -p "$(dirname "$corrected")"
+        cp -r "$source" "$corrected"
+        if command -v patch >/dev/null; then
+            patch --quiet --directory "$corrected" --strip 1 <"$correction"
+        elif command -v git >/dev/null; then
+            # It is no part of the repository that it lies in.
+            GIT_CEILING_DIRECTORIES=$(dirname "$corrected") git -C "$corrected" apply "$correction"
+        else
+            fail "there is neither patch nor git, one of which corrects RustDDS: install patch"
+        fi
+        cp "$correction" "$corrected/correction.patch"
     fi
+    export EVAC_RUSTDDS=$corrected
+}
+
+# Builds or tests by cargo's command $1, as everything here is built: with RustDDS as corrected.
+run_cargo() {
+    check_rust
+    correct_rustdds
+    # From the root, so that the settings in .cargo apply wherever the script is called from.
+    (cd "$root" && cargo "$1" --release --locked --config "paths = ['$EVAC_RUSTDDS']" "${@:2}")
 }
 
 build_nodes() {
-    check_rust
     local options=()
     if [[ "${ROS_SECURITY_ENABLE:-}" == true ]]; then
-        correct_rustdds
-        options=(--features security --config "paths = ['$rustdds']")
+        check_openssl
+        options=(--features security)
     fi
-    # From the root, so that the settings in .cargo apply wherever the script is called from.
-    (cd "$root" && cargo build --release --locked --package sim_node --package agent_node "${options[@]}")
+    run_cargo build --package sim_node --package agent_node "${options[@]}"
     bin=$(cd "$root" && realpath "${CARGO_TARGET_DIR:-target}")/release
 }
 

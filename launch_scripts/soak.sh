@@ -37,6 +37,6 @@ done
 
 build_nodes
 # Not in one with the nodes, which would then be built for both of its own features and theirs.
-(cd "$root" && cargo build --release --locked --package evac_tests --features benchmark --bin soak)
+run_cargo build --package evac_tests --features benchmark --bin soak
 "$bin/soak" --episodes "$episodes" --loss "$loss" --repetition "$repetition" --delay "$delay" \
     --cut-interval "$cut_interval" --out "$out"

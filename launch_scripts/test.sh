@@ -39,13 +39,11 @@ else
     echo "$(basename "$0"): SKIPPED: the services as Fast DDS calls them: $missing" >&2
 fi
 
-cargo test --release --locked --workspace "$@"
+run_cargo test --workspace "$@"
 
 if [[ "${EVAC_SECURITY:-}" == required ]]; then
-    correct_rustdds
-    export EVAC_RUSTDDS="$rustdds"
-    cargo test --release --locked --workspace --features security --config "paths = ['$rustdds']" \
-        --test security "$@"
+    check_openssl
+    run_cargo test --workspace --features security --test security "$@"
 else
     echo "$(basename "$0"): SKIPPED: the tests of security, without EVAC_SECURITY=required" >&2
 fi

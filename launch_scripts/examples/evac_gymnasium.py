@@ -108,6 +108,7 @@ class EvacEnv(gymnasium.Env[Pixels, numpy.int64]):
 
 def main() -> None:
     """Trains, and says how the last episodes went."""
+    import torch
     from stable_baselines3 import DQN
     from stable_baselines3.common.monitor import Monitor
 
@@ -118,6 +119,8 @@ def main() -> None:
     # ROS adds arguments of its own.
     arguments, _ = parser.parse_known_args()
 
+    # A network so small is fastest on one thread, and the simulator wants the other.
+    torch.set_num_threads(1)
     # Stable-Baselines3's convolutions are for larger images.
     flat = gymnasium.spaces.Box(0, 1, (HEIGHT * WIDTH * 3,), numpy.float32)
     env = Monitor(

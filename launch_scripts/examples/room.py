@@ -18,7 +18,7 @@ import rclpy
 from evac_msgs.srv import Reset, Step
 from numpy.typing import NDArray
 from rclpy.client import Client
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from sensor_msgs.msg import Image
 
 # An answer that takes so long was lost: a request is repeated then, which executes nothing twice.
@@ -82,6 +82,9 @@ class Room:
             self.executor.spin_until_future_complete(future, PATIENCE_S)
             if not future.done():
                 client.remove_pending_request(future)
+                # Ctrl-C or SIGTERM: without the context no answer comes any more.
+                if not rclpy.ok():
+                    raise ExternalShutdownException
                 continue
             response = future.result()
             if not response.success:
@@ -125,6 +128,8 @@ def main() -> None:
             if taken.terminated or taken.truncated:
                 print("the exit" if taken.terminated else "no more steps")
                 break
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
     finally:
         room.close()
         rclpy.try_shutdown()

@@ -10,7 +10,7 @@ mod room;
 mod silent;
 
 pub use caller::assert_calls_the_services;
-pub use nodes::{Nodes, PATIENCE, binary, repository};
+pub use nodes::{Nodes, PATIENCE, binary, corrected_rustdds, repository};
 pub use outcome::Outcome;
 pub use room::Room;
 pub use silent::Silent;

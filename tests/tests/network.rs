@@ -7,8 +7,14 @@ use std::{path::Path, time::Duration};
 
 use agent_node::learning::{settings::Preset, training::Plan};
 use evac_tests::{
-    Nodes, Outcome, PATIENCE,
+    Nodes, Outcome, PATIENCE, corrected_rustdds,
     network::{Faults, Network},
+};
+use ros_runtime::{
+    Arguments, Node,
+    discovery::{Discovery, Range},
+    parameters::{ParameterClient, ParameterValue},
+    security::Security,
 };
 
 const TRAINING: Duration = Duration::from_secs(900);
@@ -45,18 +51,40 @@ fn undisturbed(nodes: &Nodes, episodes: u32) -> Outcome {
     Outcome::in_process(plan, Preset::Paper, MAX_STEPS, &nodes.path("here"))
 }
 
-#[test]
-fn a_training_over_a_bad_network_is_the_undisturbed_one_to_the_bit() {
-    const EPISODES: u32 = 100;
-    let faults = Faults { loss: 0.3, repetition: 0.2, delay: Duration::from_millis(5) };
+/// Trains over such a network; the result must be that of the undisturbed training, to the bit.
+fn assert_trains_over(faults: Faults, episodes: u32, least_steps: u64) {
     let Some(network) = network(faults) else { return };
     let mut nodes = Nodes::new();
     let out = nodes.path("run");
-    train(&mut nodes, &network, &out, EPISODES);
+    train(&mut nodes, &network, &out, episodes);
     nodes.succeed("agent_node", TRAINING);
     let outcome = Outcome::left_in(&out);
-    outcome.assert_is(&undisturbed(&nodes, EPISODES));
-    assert!(outcome.steps() >= 3000, "{}", outcome.steps());
+    outcome.assert_is(&undisturbed(&nodes, episodes));
+    assert!(outcome.steps() >= least_steps, "{}", outcome.steps());
+    println!("{faults:?}: {} steps, {:?}", outcome.steps(), network.traffic());
+}
+
+const DELAY: Duration = Duration::from_millis(5);
+
+#[test]
+fn one_packet_in_a_hundred_is_lost() {
+    assert_trains_over(Faults { loss: 0.01, repetition: 0.2, delay: DELAY }, 100, 3000);
+}
+
+#[test]
+fn one_packet_in_ten_is_lost() {
+    assert_trains_over(Faults { loss: 0.1, repetition: 0.2, delay: DELAY }, 100, 3000);
+}
+
+#[test]
+fn three_packets_in_ten_are_lost() {
+    assert_trains_over(Faults { loss: 0.3, repetition: 0.2, delay: DELAY }, 100, 3000);
+}
+
+#[test]
+fn each_packet_is_delayed_by_up_to_a_fifth_of_a_second() {
+    let delay = Duration::from_millis(200);
+    assert_trains_over(Faults { loss: 0.0, repetition: 0.1, delay }, 20, 500);
 }
 
 #[test]
@@ -78,6 +106,35 @@ fn a_training_goes_on_after_ten_seconds_without_a_network() {
     }
     nodes.succeed("agent_node", TRAINING);
     Outcome::left_in(&out).assert_is(&undisturbed(&nodes, EPISODES));
+}
+
+#[test]
+fn an_answer_that_takes_several_packets_comes() {
+    if corrected_rustdds().is_none() {
+        eprintln!("SKIPPED: RustDDS as it is cannot send it: run launch_scripts/test.sh");
+        return;
+    }
+    let Some(network) = network(Faults::default()) else { return };
+    let mut nodes = Nodes::new();
+    let [here, there] = network.hosts();
+    nodes.start_on(here, "agent_node", "agent_node", &["train"]);
+    let door = there.door().expect("the host is there");
+    let discovery = Discovery { range: Range::Subnet, ..nodes.discovery(Security::Off) };
+    // On the other host, so not in this thread.
+    let reader = std::thread::spawn(move || {
+        door.enter().expect("it is ours");
+        let mut node = Node::with_discovery("reader", &Arguments::default(), discovery);
+        let node = node.as_mut().expect("a node");
+        let agent = ParameterClient::new(node, "/agent_node").expect("a client");
+        // Twice: what follows such an answer comes, too.
+        (0..2)
+            .map(|_| node.block_on(agent.values(PATIENCE)).expect("an answer"))
+            .collect::<Vec<_>>()
+    });
+    for values in reader.join().expect("it reads") {
+        assert!(values.len() > 40, "{values:?}");
+        assert_eq!(values.get("preset"), Some(&ParameterValue::String("robust".to_owned())));
+    }
 }
 
 #[test]

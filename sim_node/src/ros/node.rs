@@ -206,10 +206,12 @@ impl<'a> Room<'a> {
         request: &reset::Request,
     ) -> anyhow::Result<(reset::Response, Option<Executed>)> {
         self.look_at_the_clock();
-        // Whoever waits for the end of a step asks again, and hears what has become of it.
-        self.pending = None;
         let default = self.read_parameters()?;
         let (response, executed) = self.session.reset(client, request, default);
+        if executed.is_some() {
+            // Whoever waits for the end of a step asks again, and hears what has become of it.
+            self.pending = None;
+        }
         if !response.success {
             Counters::count(&self.counters.refused);
             warn!("reset refused: {}", response.message);

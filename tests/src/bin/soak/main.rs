@@ -26,6 +26,8 @@ use self::{report::Report, watcher::Watcher};
 
 /// Both nodes have all that they need after so many steps; from here on they should not grow.
 const SETTLED_STEPS: u64 = 50_000;
+/// How many steps lie between two looks at what the nodes hold.
+const SAMPLE_STEPS: u64 = 20_000;
 const MAX_STEPS: u32 = 100;
 const SEED: u64 = 0;
 const PRESET: Preset = Preset::Paper;
@@ -115,7 +117,7 @@ fn main() -> anyhow::Result<()> {
 
     let begin = Instant::now();
     let bar = progress_bar(episodes);
-    let (mut first, mut last, mut cuts) = (None, None, 0);
+    let (mut samples, mut last, mut cuts) = (Vec::<Sample>::new(), None, 0);
     let mut progress = (0, Instant::now());
     while nodes.ended("agent_node").is_none() {
         std::thread::sleep(Duration::from_millis(200));
@@ -129,8 +131,9 @@ fn main() -> anyhow::Result<()> {
         let [sim, agent] = ["sim_node", "agent_node"].map(|name| holdings(&mut nodes, name));
         if let (Some(sim), Some(agent)) = (sim, agent) {
             let sample = Sample { steps, sim, agent };
-            if steps >= SETTLED_STEPS {
-                first.get_or_insert(sample);
+            let due = samples.last().map_or(SETTLED_STEPS, |sample| sample.steps + SAMPLE_STEPS);
+            if steps >= due {
+                samples.push(sample);
             }
             last = Some(sample);
         }
@@ -162,8 +165,9 @@ fn main() -> anyhow::Result<()> {
         cuts,
         longest_latency: watcher.longest_latency(),
         took,
-        first: first.ok_or_else(too_short)?,
+        first: *samples.first().ok_or_else(too_short)?,
         last: last.ok_or_else(too_short)?,
+        samples,
     };
     print!("{}", report.table());
     std::fs::write(&command_line.out, report.json()?)?;

@@ -27,6 +27,8 @@ pub struct Report {
     /// What the nodes held once they had settled, and at the end.
     pub first: Sample,
     pub last: Sample,
+    /// What they held in between, from the first on.
+    pub samples: Vec<Sample>,
 }
 
 impl Report {
@@ -99,6 +101,7 @@ impl Report {
             "longest_latency_s": self.longest_latency.as_secs_f64(),
             "settled": self.first,
             "end": self.last,
+            "samples": self.samples,
         }))?)
     }
 
