@@ -5,7 +5,7 @@
 #   launch_scripts/soak.sh [--episodes N] [--loss P] [--repetition P] [--delay MS] [--cut-interval N]
 #                          [--out FILE]
 #
-#   --episodes N       training episodes, each in a scenario drawn for it (default: 45000, which are
+#   --episodes N       training episodes, each in a scenario drawn for it (default: 28000, more than
 #                      a million steps)
 #   --loss P           the chance that a frame of the network is lost (default: 0.002)
 #   --repetition P     the chance that it comes twice (default: 0.01)
@@ -21,7 +21,7 @@
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/nodes.sh"
 
-episodes=45000 loss=0.002 repetition=0.01 delay=0.2 cut_interval=100000 out=soak.json
+episodes=28000 loss=0.002 repetition=0.01 delay=0.2 cut_interval=100000 out=soak.json
 while [[ $# -gt 0 ]]; do
     case "$1" in
         --episodes) need_value "$@" && episodes=$2 && shift 2 ;;

@@ -19,6 +19,7 @@ from evac_msgs.srv import Reset, Step
 from numpy.typing import NDArray
 from rclpy.client import Client
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.task import Future
 from sensor_msgs.msg import Image
 
 # An answer that takes so long was lost: a request is repeated then, which executes nothing twice.
@@ -79,18 +80,23 @@ class Room:
         deadline = time.monotonic() + self.timeout_s
         while time.monotonic() < deadline:
             future = client.call_async(request)
-            self.executor.spin_until_future_complete(future, PATIENCE_S)
+            self._spin_until(future, min(deadline, time.monotonic() + PATIENCE_S))
             if not future.done():
                 client.remove_pending_request(future)
-                # Ctrl-C or SIGTERM: without the context no answer comes any more.
-                if not rclpy.ok():
-                    raise ExternalShutdownException
                 continue
             response = future.result()
             if not response.success:
                 raise Refused(response.message)
             return response
         raise TimeoutError(f"no answer from {client.srv_name} within {self.timeout_s:g} s")
+
+    def _spin_until(self, future: Future, end: float) -> None:
+        # Not spin_until_future_complete: in Jazzy each call of it leaves work to the next ones.
+        while not future.done() and time.monotonic() < end:
+            # Ctrl-C or SIGTERM: without the context no answer comes any more.
+            if not rclpy.ok():
+                raise ExternalShutdownException
+            self.executor.spin_once(timeout_sec=max(0.0, end - time.monotonic()))
 
 
 def pixels(image: Image) -> NDArray[numpy.uint8]:

@@ -1,6 +1,7 @@
 //! A node: its name, its parameters, and what it publishes, hears, serves and asks.
 
 use std::{
+    collections::BTreeSet,
     future::Future,
     sync::{Arc, Mutex, MutexGuard},
 };
@@ -298,11 +299,17 @@ impl Node {
     fn publish_parameter_events(&self) {
         let (mut changes, node) = (self.parameters.listen(), self.node.clone());
         let clock = self.clock.clone();
+        let readers = self.graph.readers("rt/parameter_events");
+        let mut declared = BTreeSet::new();
         self.runtime.spawn(async move {
             while let Some((name, value)) = changes.recv().await {
                 // From then on ros2-client would take its time from a Spinner, which nobody runs.
                 if name == USE_SIM_TIME {
                     clock.obey(&value);
+                    continue;
+                }
+                // Without a reader RustDDS keeps every event, up to 8,192 of them.
+                if !declared.insert(name.clone()) && *readers.borrow() == 0 {
                     continue;
                 }
                 let value = raw::ParameterValue::from(value).into();

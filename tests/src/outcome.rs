@@ -5,7 +5,7 @@ use std::{fs, path::Path};
 use agent_node::{
     learning::{
         checkpoint::model_bytes,
-        settings::Preset,
+        settings::{Preset, Settings},
         training::{Plan, Training},
     },
     run::RunDirectory,
@@ -25,9 +25,19 @@ impl Outcome {
     /// Of a training in this process, in rooms where an episode has at most so many steps.
     /// `directory` is for what it writes.
     pub fn in_process(plan: Plan, preset: Preset, max_steps: u32, directory: &Path) -> Outcome {
+        Outcome::with_settings(plan, preset.settings(), max_steps, directory)
+    }
+
+    /// As [`Outcome::in_process`], with any hyperparameters.
+    pub fn with_settings(
+        plan: Plan,
+        settings: Settings,
+        max_steps: u32,
+        directory: &Path,
+    ) -> Outcome {
         let room = |_| Room::new(WorldSettings { max_steps, ..Default::default() });
         let mut rooms: Vec<Room> = (0..plan.rooms).map(room).collect();
-        let mut training = Training::new(plan, preset.settings()).expect("a network");
+        let mut training = Training::new(plan, settings).expect("a network");
         training.run(&mut rooms, &mut Silent).expect("a training");
         let directory = RunDirectory::open(directory).expect("a directory");
         directory.write_episodes(&training.progress.records).expect("episodes.csv");

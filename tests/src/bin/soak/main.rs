@@ -31,6 +31,8 @@ const SAMPLE_STEPS: u64 = 20_000;
 const MAX_STEPS: u32 = 100;
 const SEED: u64 = 0;
 const PRESET: Preset = Preset::Paper;
+/// Half of the moves are random, so that episodes are long: the agent keeps a record of each.
+const LEAST_EPSILON: f64 = 0.5;
 /// All of them, one after the other.
 const SCENARIO: &str = "mixed";
 /// How long the network is cut off each time.
@@ -108,6 +110,7 @@ fn main() -> anyhow::Result<()> {
         format!("seed:={SEED}"),
         format!("scenario:={SCENARIO}"),
         format!("preset:={PRESET}"),
+        format!("epsilon_min:={LEAST_EPSILON}"),
         // Nothing but the training, and it makes each of the simulator's steps.
         "evaluation_episodes:=0".to_owned(),
     ];
@@ -153,7 +156,9 @@ fn main() -> anyhow::Result<()> {
     eprintln!("the same training once more, in one process and without a network ...");
     let outcome = Outcome::left_in(&out);
     let plan = Plan { scenario: SCENARIO.to_owned(), episodes, seed: SEED, rooms: 1 };
-    let undisturbed = Outcome::in_process(plan, PRESET, MAX_STEPS, &nodes.path("here"));
+    let mut settings = PRESET.settings();
+    settings.exploration.minimum = LEAST_EPSILON;
+    let undisturbed = Outcome::with_settings(plan, settings, MAX_STEPS, &nodes.path("here"));
     let steps = outcome.steps();
     let too_short =
         || anyhow!("{episodes} episodes are {steps} steps, less than {SETTLED_STEPS}: give more");
