@@ -44,8 +44,11 @@ check_openssl() {
 
 # Sets EVAC_RUSTDDS to a directory with RustDDS as rustdds.patch corrects it, beside what else is built.
 correct_rustdds() {
-    local correction=$root/launch_scripts/rustdds.patch source corrected
-    source=$(cd "$root" && cargo metadata --locked --format-version 1 |
+    local correction=$root/launch_scripts/rustdds.patch platform source corrected
+    # Nothing is downloaded that other platforms need.
+    platform=$(rustc --version --verbose | sed -n 's/^host: //p')
+    source=$(cd "$root" &&
+        cargo metadata --locked --format-version 1 --filter-platform "$platform" |
         grep --only-matching '[^"]*/rustdds-[0-9.]*/Cargo\.toml' | head -n 1)
     source=$(dirname "$source")
     corrected=$(cd "$root" && realpath --canonicalize-missing "${CARGO_TARGET_DIR:-target}")
