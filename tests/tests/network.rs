@@ -132,7 +132,8 @@ fn an_answer_that_takes_several_packets_comes() {
             .collect::<Vec<_>>()
     });
     for values in reader.join().expect("it reads") {
-        assert!(values.len() > 40, "{values:?}");
+        // Each takes 48 bytes at least, and a packet 1,500 at most.
+        assert!(48 * values.len() > 1500, "{values:?}");
         assert_eq!(values.get("preset"), Some(&ParameterValue::String("robust".to_owned())));
     }
 }
