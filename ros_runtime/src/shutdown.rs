@@ -83,7 +83,14 @@ impl Shutdown {
         let (mut continued, state) = (signal(SignalKind::from_raw(SIGCONT))?, self.state.clone());
         runtime.spawn(async move {
             if continued.recv().await.is_some() {
-                state.send_replace(State::Continued);
+                // timeout(1) and systemd send it after SIGTERM, to a process that nobody stopped.
+                state.send_if_modified(|state| {
+                    let is_running = *state == State::Running;
+                    if is_running {
+                        *state = State::Continued;
+                    }
+                    is_running
+                });
             }
         });
         Ok(())

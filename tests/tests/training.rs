@@ -334,3 +334,14 @@ fn both_nodes_know_the_same_rooms() {
     let names = sim_node::world::Scenario::ALL.map(|scenario| scenario.name());
     assert_eq!(agent_node::learning::scenario::ROOMS, names);
 }
+
+#[test]
+fn a_simulator_that_is_told_to_end_and_to_continue_just_ends() {
+    let mut nodes = Nodes::new();
+    start_simulator(&mut nodes);
+    nodes.wait_for_log("sim_node", "the room is open");
+    // As timeout(1) and systemd do it.
+    nodes.signal("sim_node", "TERM");
+    nodes.signal("sim_node", "CONT");
+    nodes.succeed("sim_node", evac_tests::PATIENCE);
+}
