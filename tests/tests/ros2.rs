@@ -109,6 +109,57 @@ fn topics_are_listed_heard_and_described() {
 }
 
 #[test]
+fn rviz_is_set_up_for_topics_that_are_published() {
+    let Some(nodes) = simulator() else { return };
+    let file = repository().join("launch_scripts/rviz/evac.rviz");
+    let settings = std::fs::read_to_string(file).expect("the configuration of RViz");
+    let topics: Vec<&str> =
+        settings.lines().filter_map(|line| line.trim().strip_prefix("Value: ")).collect();
+    let topics: Vec<&str> = topics.into_iter().filter(|value| value.starts_with('/')).collect();
+    assert!(topics.contains(&"/camera/image") && topics.contains(&"/scene"), "{topics:?}");
+    output_with(&nodes, "topic list --no-daemon", &topics);
+}
+
+#[test]
+fn colcon_knows_every_package() {
+    let nodes = Nodes::new();
+    let colcon = |words: &[&str]| {
+        let mut command = nodes.command("colcon");
+        // What colcon leaves lies where it was called.
+        command.arg("--log-base").arg(nodes.path("log")).args(words);
+        command.args(["--base-paths", repository().to_str().expect("a path in Unicode")]);
+        command
+    };
+    let is_there = Command::new("colcon").arg("--help").stdout(Stdio::null()).status();
+    if !is_there.is_ok_and(|status| status.success()) {
+        eprintln!("SKIPPED: there is no colcon here");
+        return;
+    }
+    let packages = output(&nodes, &mut colcon(&["list"]));
+    for (name, kind) in [
+        ("agent_node", "ament_cargo"),
+        ("sim_node", "ament_cargo"),
+        ("evac_msgs", "ament_cmake"),
+        ("evac_bringup", "ament_cmake"),
+    ] {
+        let is_it = |line: &str| line.starts_with(&format!("{name}\t")) && line.contains(kind);
+        assert!(packages.lines().any(is_it), "{name} is no {kind}: {packages}");
+    }
+    if !self::is_there(&nodes, "topic list --no-daemon") {
+        return;
+    }
+    // The one that is quickly built; the others take what the nodes take.
+    let (build, install) = (nodes.path("build"), nodes.path("install"));
+    let mut command = colcon(&["build", "--packages-select", "evac_bringup"]);
+    command.arg("--build-base").arg(build).arg("--install-base").arg(&install);
+    output(&nodes, &mut command);
+    let share = install.join("evac_bringup/share/evac_bringup");
+    for file in ["launch/train.launch.py", "launch/drive.launch.py", "rviz/evac.rviz"] {
+        assert!(share.join(file).exists(), "{file} is not installed");
+    }
+}
+
+#[test]
 fn the_rate_of_the_images_is_measured() {
     let Some(nodes) = simulator() else { return };
     // It has no end of its own.
