@@ -113,9 +113,8 @@ fn rviz_is_set_up_for_topics_that_are_published() {
     let Some(nodes) = simulator() else { return };
     let file = repository().join("launch_scripts/rviz/evac.rviz");
     let settings = std::fs::read_to_string(file).expect("the configuration of RViz");
-    let topics: Vec<&str> =
-        settings.lines().filter_map(|line| line.trim().strip_prefix("Value: ")).collect();
-    let topics: Vec<&str> = topics.into_iter().filter(|value| value.starts_with('/')).collect();
+    let values = settings.lines().filter_map(|line| line.trim().strip_prefix("Value: "));
+    let topics: Vec<&str> = values.filter(|value| value.starts_with('/')).collect();
     assert!(topics.contains(&"/camera/image") && topics.contains(&"/scene"), "{topics:?}");
     output_with(&nodes, "topic list --no-daemon", &topics);
 }
@@ -130,8 +129,8 @@ fn colcon_knows_every_package() {
         command.args(["--base-paths", repository().to_str().expect("a path in Unicode")]);
         command
     };
-    let is_there = Command::new("colcon").arg("--help").stdout(Stdio::null()).status();
-    if !is_there.is_ok_and(|status| status.success()) {
+    let help = Command::new("colcon").arg("--help").stdout(Stdio::null()).status();
+    if !help.is_ok_and(|status| status.success()) {
         eprintln!("SKIPPED: there is no colcon here");
         return;
     }
@@ -145,7 +144,7 @@ fn colcon_knows_every_package() {
         let is_it = |line: &str| line.starts_with(&format!("{name}\t")) && line.contains(kind);
         assert!(packages.lines().any(is_it), "{name} is no {kind}: {packages}");
     }
-    if !self::is_there(&nodes, "topic list --no-daemon") {
+    if !is_there(&nodes, "topic list --no-daemon") {
         return;
     }
     // The one that is quickly built; the others take what the nodes take.
