@@ -11,7 +11,7 @@ use ros_runtime::parameters::ParameterValue;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::learning::{evaluation::Evaluation, record::EpisodeRecord};
+use crate::learning::{evaluation::Evaluation, record::Records};
 
 /// A directory that a training or a test leaves its files in.
 #[derive(Clone, Debug)]
@@ -156,7 +156,7 @@ impl RunDirectory {
     }
 
     /// Writes `episodes.csv`.
-    pub fn write_episodes(&self, records: &[EpisodeRecord]) -> Result<(), WriteError> {
+    pub fn write_episodes(&self, records: &Records) -> Result<(), WriteError> {
         const NAME: &str = "episodes.csv";
         let columns = ["episode", "steps", "return", "epsilon", "loss", "blocked", "terminated"];
         self.write_by(NAME, |path| {

@@ -70,6 +70,12 @@ pub fn corrected_rustdds() -> Option<String> {
     std::env::var("EVAC_RUSTDDS").ok()
 }
 
+/// A node's arguments.
+fn arguments<'a>(command: Option<&'a str>, parameters: &[&'a str]) -> Vec<&'a str> {
+    let parameters = parameters.iter().flat_map(|parameter| ["-p", *parameter]);
+    command.into_iter().chain(["--ros-args"]).chain(parameters).collect()
+}
+
 fn is_of_a_package(variable: &str) -> bool {
     ["CARGO_MANIFEST_", "CARGO_PKG_"].iter().any(|prefix| variable.starts_with(prefix))
 }
@@ -228,9 +234,7 @@ impl Nodes {
     }
 
     fn start(&mut self, name: &str, command: Option<&str>, parameters: &[&str]) {
-        let mut arguments: Vec<&str> = command.into_iter().chain(["--ros-args"]).collect();
-        parameters.iter().for_each(|parameter| arguments.extend(["-p", parameter]));
-        self.start_with(name, &arguments);
+        self.start_with(name, &arguments(command, parameters));
     }
 
     fn start_with(&mut self, name: &str, arguments: &[&str]) {
@@ -243,8 +247,17 @@ impl Nodes {
         self.spawn(process, name, arguments);
     }
 
-    /// As [`Nodes::start_beside`], but on a host of its own.
-    pub fn start_on(&mut self, host: &Host, program: &str, name: &str, arguments: &[&str]) {
+    /// Starts `sim_node` with parameters on a host of its own, as a process known by `name`.
+    pub fn start_simulator_on(&mut self, host: &Host, name: &str, parameters: &[&str]) {
+        self.start_on(host, "sim_node", name, &arguments(None, parameters));
+    }
+
+    /// As [`Nodes::start_simulator_on`], but `agent_node` with a command.
+    pub fn start_agent_on(&mut self, host: &Host, name: &str, command: &str, parameters: &[&str]) {
+        self.start_on(host, "agent_node", name, &arguments(Some(command), parameters));
+    }
+
+    fn start_on(&mut self, host: &Host, program: &str, name: &str, arguments: &[&str]) {
         let mut process = host.command(binary(program));
         process
             .env("ROS_DOMAIN_ID", self.domain_id.to_string())

@@ -32,17 +32,16 @@ fn network(faults: Faults) -> Option<Network> {
 fn train(nodes: &mut Nodes, network: &Network, out: &Path, episodes: u32) {
     let [here, there] = network.hosts();
     let max_steps = format!("max_steps:={MAX_STEPS}");
-    nodes.start_on(there, "sim_node", "sim_node", &["--ros-args", "-p", &max_steps]);
-    let own = [
+    nodes.start_simulator_on(there, "sim_node", &[&max_steps]);
+    let parameters = [
         format!("out:='{}'", out.display()),
         format!("episodes:={episodes}"),
         format!("seed:={SEED}"),
         "preset:=paper".to_owned(),
         "evaluation_episodes:=0".to_owned(),
     ];
-    let own = own.iter().flat_map(|parameter| ["-p", parameter.as_str()]);
-    let arguments: Vec<&str> = ["train", "--ros-args"].into_iter().chain(own).collect();
-    nodes.start_on(here, "agent_node", "agent_node", &arguments);
+    let parameters = parameters.each_ref().map(String::as_str);
+    nodes.start_agent_on(here, "agent_node", "train", &parameters);
 }
 
 /// What the same training leaves where nothing is lost, and how many steps it takes.
@@ -117,7 +116,7 @@ fn an_answer_that_takes_several_packets_comes() {
     let Some(network) = network(Faults::default()) else { return };
     let mut nodes = Nodes::new();
     let [here, there] = network.hosts();
-    nodes.start_on(here, "agent_node", "agent_node", &["train"]);
+    nodes.start_agent_on(here, "agent_node", "train", &[]);
     let door = there.door().expect("the host is there");
     let discovery = Discovery { range: Range::Subnet, ..nodes.discovery(Security::Off) };
     // On the other host, so not in this thread.
@@ -153,12 +152,9 @@ fn a_policy_drives_although_a_fifth_of_the_packets_is_lost() {
 
     let [here, there] = network.hosts();
     let robot = ["frame_rate:=50", "motion_time:=0.02", "auto_reset:=true", "max_steps:=100"];
-    let robot = robot.iter().flat_map(|parameter| ["-p", parameter]);
-    let arguments: Vec<&str> = ["--ros-args"].into_iter().chain(robot).collect();
-    nodes.start_on(there, "sim_node", "robot", &arguments);
+    nodes.start_simulator_on(there, "robot", &robot);
     let model = format!("model:='{}'", model.display());
-    let arguments = ["drive", "--ros-args", "-p", &model, "-p", "settle_time:=0.06"];
-    nodes.start_on(here, "agent_node", "driver", &arguments);
+    nodes.start_agent_on(here, "driver", "drive", &[&model, "settle_time:=0.06"]);
     nodes.wait_for_log("robot", &format!("of {EPISODES} episodes so far"));
     let log = nodes.log("robot");
     let escaped = log.lines().filter(|line| line.contains("the robot escaped")).count();

@@ -22,17 +22,15 @@ use super::{
     network::{QNetwork, WeightsError},
     observation::input_size,
     perceptron::Perceptron,
-    record::EpisodeRecord,
+    record::{EpisodeRecord, Records},
     replay_memory::{Experience, Frame, ReplayMemory},
     settings::Settings,
     training::{CurrentEpisode, Plan, Progress, Training},
 };
 
 /// The form of the file; another one is refused.
-const VERSION: u32 = 5;
+const VERSION: u32 = 6;
 const METADATA_KEY: &str = "training";
-/// The tensor of the episodes' records.
-const RECORDS: &str = "records";
 
 /// Why a file of tensors cannot be used.
 #[derive(Debug, Error)]
@@ -183,11 +181,9 @@ impl Training {
         column("action", &|e| u32::from(e.action.index()))?;
         column("reward_bits", &|e| e.reward.to_bits())?;
         column("terminated", &|e| u32::from(e.terminated))?;
-        let records = &self.progress.records;
-        let rows: Vec<f64> = records.iter().flat_map(EpisodeRecord::to_row).collect();
-        let shape = (records.len(), EpisodeRecord::COLUMNS);
-        let rows = Tensor::from_vec(rows, shape, device)?;
-        tensors.push((RECORDS.to_owned(), Column::Tensor(rows)));
+        for (piece, records) in self.progress.records.pieces().enumerate() {
+            tensors.push((records_name(piece), Column::records(records)));
+        }
 
         tensors.sort_by(|(a, _), (b, _)| a.cmp(b));
         let state = serde_json::to_string(&state).map_err(candle_core::Error::wrap)?;
@@ -256,16 +252,26 @@ fn images_name(piece: usize) -> String {
     format!("memory.images.{piece:06}")
 }
 
-/// A tensor of the file: as candle has it, or images, which are put together when they are written.
+fn records_name(piece: usize) -> String {
+    format!("records.{piece:06}")
+}
+
+/// A tensor of the file: as candle has it, or images or records, which are put together when they
+/// are written.
 enum Column<'a> {
     Tensor(Tensor),
     Images { memory: &'a ReplayMemory, numbers: Range<u64>, shape: [usize; 4] },
+    Records { records: &'a [EpisodeRecord], shape: [usize; 2] },
 }
 
 impl<'a> Column<'a> {
     fn images(memory: &'a ReplayMemory, numbers: Range<u64>) -> Column<'a> {
         let count = (numbers.end - numbers.start) as usize;
         Column::Images { memory, numbers, shape: [count, Image::HEIGHT, Image::WIDTH, 3] }
+    }
+
+    fn records(records: &'a [EpisodeRecord]) -> Column<'a> {
+        Column::Records { records, shape: [records.len(), EpisodeRecord::COLUMNS] }
     }
 }
 
@@ -274,6 +280,7 @@ impl View for Column<'_> {
         match self {
             Column::Tensor(tensor) => View::dtype(tensor),
             Column::Images { .. } => Dtype::U8,
+            Column::Records { .. } => Dtype::F64,
         }
     }
 
@@ -281,6 +288,7 @@ impl View for Column<'_> {
         match self {
             Column::Tensor(tensor) => View::shape(tensor),
             Column::Images { shape, .. } => shape,
+            Column::Records { shape, .. } => shape,
         }
     }
 
@@ -291,6 +299,10 @@ impl View for Column<'_> {
                 let images = numbers.clone().map(|number| memory.frame(number).image);
                 images.collect::<Vec<_>>().into_flattened().into()
             }
+            Column::Records { records, .. } => {
+                let numbers = records.iter().flat_map(EpisodeRecord::to_row);
+                numbers.flat_map(f64::to_le_bytes).collect()
+            }
         }
     }
 
@@ -298,6 +310,7 @@ impl View for Column<'_> {
         match self {
             Column::Tensor(tensor) => View::data_len(tensor),
             Column::Images { shape, .. } => shape.iter().product(),
+            Column::Records { shape, .. } => shape.iter().product::<usize>() * size_of::<f64>(),
         }
     }
 }
@@ -485,22 +498,29 @@ impl<'a> File<'a> {
     }
 
     /// The records of the episodes.
-    fn records(&self) -> Result<Vec<EpisodeRecord>, String> {
-        let view = self.tensors.tensor(RECORDS).map_err(|_| format!("{RECORDS} is missing"))?;
-        let (numbers, []) = view.data().as_chunks() else {
-            return Err(format!("{RECORDS} is damaged"));
-        };
-        if view.dtype() != Dtype::F64 {
-            return Err(format!("{RECORDS} holds something else than 64-bit floats"));
+    fn records(&self) -> Result<Records, String> {
+        let mut records = Records::default();
+        let pieces = (0..).map(records_name).map_while(|name| self.tensors.tensor(&name).ok());
+        for piece in pieces {
+            let (numbers, []) = piece.data().as_chunks() else {
+                return Err("a piece of the records is damaged".into());
+            };
+            if piece.dtype() != Dtype::F64 {
+                return Err("a piece of the records holds something else than 64-bit floats".into());
+            }
+            let numbers: Vec<f64> =
+                numbers.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
+            let (rows, []) = numbers.as_chunks() else {
+                let columns = EpisodeRecord::COLUMNS;
+                return Err(format!("a piece of the records is no table of {columns} columns"));
+            };
+            for row in rows {
+                let record = EpisodeRecord::from_row(row);
+                let number = records.len();
+                records.push(record.ok_or_else(|| format!("no episode is as record {number}"))?);
+            }
         }
-        let numbers: Vec<f64> = numbers.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
-        let (rows, []) = numbers.as_chunks() else {
-            return Err(format!("{RECORDS} is no table of {} columns", EpisodeRecord::COLUMNS));
-        };
-        let record = |(index, row)| {
-            EpisodeRecord::from_row(row).ok_or_else(|| format!("no episode is as record {index}"))
-        };
-        rows.iter().enumerate().map(record).collect()
+        Ok(records)
     }
 
     /// A list of whole numbers.
@@ -623,6 +643,7 @@ mod tests {
         let settings = Preset::Paper.settings();
         let bytes = bytes_of(&Training::new(plan(), settings.clone()).unwrap());
         assert!(load(&with_state(&bytes, "empty", "empty"), plan(), settings.clone()).is_ok());
+        let version = format!(r#""version":{VERSION}"#);
         for (from, to) in [
             (r#""wall":{"secs":0"#, r#""wall":{"secs":18446744073709551615"#),
             (r#""first_image":0"#, r#""first_image":18446744073709551000"#),
@@ -634,7 +655,7 @@ mod tests {
             (r#""episode":1,"image":null"#, r#""episode":2,"image":null"#),
             (r#""episode":1,"image":null"#, r#""episode":1,"image":0"#),
             (r#""begun":null"#, r#""begun":{"actions":[1],"updates":0}"#),
-            (r#""version":5"#, r#""version":2"#),
+            (version.as_str(), r#""version":2"#),
             (r#""position":"0""#, r#""position":"y""#),
         ] {
             let result = load(&with_state(&bytes, from, to), plan(), settings.clone());
@@ -643,5 +664,31 @@ mod tests {
         for cut in [0, 7, 8, 100, bytes.len() / 2, bytes.len() - 1] {
             assert!(load(&bytes[..cut], plan(), settings.clone()).is_err(), "{cut} bytes");
         }
+    }
+
+    #[test]
+    fn the_records_of_a_long_training_come_back_in_their_order() {
+        let (plan, settings) = (Plan { episodes: 5000, ..plan() }, Preset::Paper.settings());
+        let mut training = Training::new(plan.clone(), settings.clone()).unwrap();
+        let begun = training.progress.next_episode;
+        for episode in 0..2500 {
+            training.progress.records.push(EpisodeRecord {
+                episode,
+                steps: episode + 1,
+                episode_return: -0.1 * episode as f32,
+                epsilon: 1.0 / f64::from(episode + 1),
+                loss: (episode > 100).then(|| f64::from(episode).sqrt()),
+                blocked: episode / 3,
+                terminated: episode % 2 == 0,
+            });
+        }
+        training.progress.next_episode = begun + 2500;
+        let bytes = bytes_of(&training);
+        let loaded = load(&bytes, plan.clone(), settings.clone()).unwrap();
+        assert_eq!(loaded.progress, training.progress);
+        // Not a record more or fewer.
+        training.progress.next_episode += 1;
+        let message = load(&bytes_of(&training), plan, settings).unwrap_err();
+        assert!(message.contains("more or fewer episodes"), "{message}");
     }
 }

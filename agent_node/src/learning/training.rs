@@ -12,7 +12,7 @@ use super::{
     action::Action,
     dyna_q::{Decision, DynaQ},
     policy::Policy,
-    record::EpisodeRecord,
+    record::{EpisodeRecord, Records},
     scenario::room_of_episode,
     seeds::{Purpose, episode_seed},
     settings::Settings,
@@ -62,7 +62,7 @@ pub enum TrainingError {
 pub struct Progress {
     /// One record per finished episode; in a checkpoint they lie apart.
     #[serde(skip)]
-    pub records: Vec<EpisodeRecord>,
+    pub records: Records,
     /// Steps of all episodes, the unfinished one included.
     pub total_steps: u64,
     /// Updates of the training network.
@@ -186,8 +186,7 @@ impl Training {
             if ended > 0 {
                 // While the rooms make themselves ready, there is time to tell of the episodes.
                 self.begin_resets(rooms, &ready)?;
-                let records = &self.progress.records;
-                for record in &records[records.len() - ended..] {
+                for record in self.progress.records.recent(ended) {
                     listener.episode(self, record)?;
                 }
             }

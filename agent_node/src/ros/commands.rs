@@ -205,7 +205,8 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
         directory.write_json("summary.json", &summary)?;
         escapes = draw_escapes(&plan, &mut policy, room, &namespaces[0], &common, &directory)?;
     }
-    let (records, evaluation) = (&training.progress.records, summary.evaluation.as_ref());
+    let records: Vec<_> = training.progress.records.iter().cloned().collect();
+    let (records, evaluation) = (&records, summary.evaluation.as_ref());
     let (frames, escapes) = (&frames, escapes.as_ref());
     let report = Report { run: facts(&summary), records, evaluation, frames, escapes };
     if let Some(curve) = report.learning_curve()? {

@@ -5,7 +5,7 @@ use std::io::{IsTerminal, Write};
 use indicatif::{ProgressBar, ProgressStyle};
 use log::info;
 
-use crate::learning::{evaluation::TestEpisode, record::EpisodeRecord, training::Training};
+use crate::learning::{evaluation::TestEpisode, record::Records, training::Training};
 
 /// How many episodes "recent" are.
 const RECENT: usize = 50;
@@ -39,13 +39,13 @@ impl Console {
 
     pub(super) fn training_episode(&self, training: &Training) {
         let records = &training.progress.records;
-        let recent = &records[records.len().saturating_sub(RECENT)..];
-        let mean_return: f32 =
-            recent.iter().map(|r| r.episode_return).sum::<f32>() / recent.len().max(1) as f32;
+        let recent = records.len().clamp(1, RECENT) as f32;
+        let returns = records.recent(RECENT).map(|record| record.episode_return);
+        let mean_return = returns.sum::<f32>() / recent;
         let facts = format!(
             "{:.0} steps/s  epsilon {:.2}  return {mean_return:.2}  success {:.0} %",
             training.steps_per_s(),
-            records.last().map_or(1.0, |record| record.epsilon),
+            records.iter().next_back().map_or(1.0, |record| record.epsilon),
             100.0 * recent_success(records),
         );
         self.show(records.len() as u64, training.plan.episodes, facts);
@@ -75,8 +75,7 @@ impl Drop for Console {
 }
 
 /// The share of the recent episodes that ended at the exit; 0 before the first.
-pub(super) fn recent_success(records: &[EpisodeRecord]) -> f64 {
-    let recent = &records[records.len().saturating_sub(RECENT)..];
-    let escapes = recent.iter().filter(|record| record.terminated).count();
-    escapes as f64 / recent.len().max(1) as f64
+pub(super) fn recent_success(records: &Records) -> f64 {
+    let escapes = records.recent(RECENT).filter(|record| record.terminated).count();
+    escapes as f64 / records.len().clamp(1, RECENT) as f64
 }

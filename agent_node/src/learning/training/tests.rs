@@ -185,7 +185,7 @@ fn updating_while_the_room_works_gives_the_result_of_the_sequential_loop() {
 }
 
 /// What must not depend on interruptions: everything but times.
-fn result(training: &Training) -> (Vec<EpisodeRecord>, u64, u64, Vec<u8>) {
+fn result(training: &Training) -> (Records, u64, u64, Vec<u8>) {
     let Progress { records, total_steps, updates, .. } = training.progress.clone();
     (records, total_steps, updates, model_bytes(training.learner.network()).unwrap())
 }

@@ -103,7 +103,7 @@ fn main() -> anyhow::Result<()> {
     let discovery = Discovery { range: Range::Subnet, ..nodes.discovery(Security::Off) };
     let watcher = Watcher::on(there, discovery)?;
     let max_steps = format!("max_steps:={MAX_STEPS}");
-    nodes.start_on(there, "sim_node", "sim_node", &["--ros-args", "-p", &max_steps]);
+    nodes.start_simulator_on(there, "sim_node", &[&max_steps]);
     let parameters = [
         format!("out:='{}'", out.display()),
         format!("episodes:={episodes}"),
@@ -114,9 +114,8 @@ fn main() -> anyhow::Result<()> {
         // Nothing but the training, and it makes each of the simulator's steps.
         "evaluation_episodes:=0".to_owned(),
     ];
-    let parameters = parameters.iter().flat_map(|parameter| ["-p", parameter.as_str()]);
-    let arguments: Vec<&str> = ["train", "--ros-args"].into_iter().chain(parameters).collect();
-    nodes.start_on(here, "agent_node", "agent_node", &arguments);
+    let parameters = parameters.each_ref().map(String::as_str);
+    nodes.start_agent_on(here, "agent_node", "train", &parameters);
 
     let begin = Instant::now();
     let bar = progress_bar(episodes);
