@@ -2,8 +2,8 @@
 //! started it can start it again.
 //!
 //! A program goes on when one of its threads panics. A node whose DDS has ended in that way would
-//! hear nobody, be heard by nobody, and look alive. And DDS believes what a packet says of its size:
-//! RustDDS 0.15 takes gigabytes for some that are 60 bytes long. docs/reliability.md lists them.
+//! hear nobody, be heard by nobody, and look alive. And RustDDS 0.15 as it is believes what a packet says
+//! of its size: it takes gigabytes for some that are 60 bytes long. docs/reliability.md lists them.
 
 use std::{fs, io, panic, process};
 
@@ -43,14 +43,39 @@ pub fn machine_memory() -> Option<u64> {
 
 #[cfg(test)]
 mod tests {
+    use std::os::unix::process::ExitStatusExt;
+
+    use rustix::process::Signal;
+
     use super::*;
+
+    /// Runs an ignored test of this module in a process of its own.
+    fn run(test: &str) -> process::Output {
+        let own = std::env::current_exe().unwrap();
+        let test = format!("failure::tests::{test}");
+        process::Command::new(own).args(["--ignored", "--exact", &test]).output().unwrap()
+    }
 
     #[test]
     fn a_panic_in_any_thread_ends_the_process() {
-        let own = std::env::current_exe().unwrap();
-        let test = ["--ignored", "--exact", "failure::tests::a_thread_panics"];
-        let status = process::Command::new(own).args(test).status().unwrap();
-        assert_eq!(status.code(), Some(PANICKED));
+        assert_eq!(run("a_thread_panics").status.code(), Some(PANICKED));
+    }
+
+    #[test]
+    fn too_much_memory_ends_the_process() {
+        let output = run("a_thread_takes_too_much_memory");
+        assert_eq!(output.status.signal(), Some(Signal::ABORT.as_raw()), "{output:?}");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(said.contains("memory allocation of 2147483648 bytes failed"), "{said}");
+    }
+
+    #[test]
+    #[ignore = "it ends the process: the test above runs it"]
+    fn a_thread_takes_too_much_memory() {
+        limit_memory(1 << 30).unwrap();
+        let _ =
+            std::thread::spawn(|| vec![1u8; 1 << 31].iter().map(|b| u64::from(*b)).sum::<u64>())
+                .join();
     }
 
     #[test]

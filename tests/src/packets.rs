@@ -13,7 +13,8 @@ const INFO_TS: u8 = 0x09;
 const INFO_SRC: u8 = 0x0c;
 const INFO_DST: u8 = 0x0e;
 const INFO_REPLY: u8 = 0x0f;
-const NACK_FRAG: u8 = 0x12;
+/// A reader asks for parts of a sample.
+pub const NACK_FRAG: u8 = 0x12;
 const HEARTBEAT_FRAG: u8 = 0x13;
 const DATA: u8 = 0x15;
 /// A part of a sample.
@@ -96,7 +97,11 @@ impl Packets {
 
     /// Another packet.
     pub fn draw(&mut self) -> Vec<u8> {
-        let sender = self.pick(&self.senders.clone());
+        let mut sender = self.pick(&self.senders.clone());
+        if self.are_damaged && self.random.random_bool(0.2) {
+            // Nobody knows this one.
+            self.random.fill_bytes(&mut sender[..12]);
+        }
         let mut packet = header(&sender);
         let mut is_open = true;
         for _ in 0..self.random.random_range(1..=4) {
@@ -141,39 +146,39 @@ impl Packets {
         let mut holds_places = false;
         match kind {
             ACKNACK => {
-                self.append_endpoints(&mut body, sender);
+                self.append_endpoints(&mut body, sender, false);
                 self.append_number(&mut body);
                 self.append_bitmap(&mut body);
                 self.append_count(&mut body);
             }
             HEARTBEAT => {
-                self.append_endpoints(&mut body, sender);
+                self.append_endpoints(&mut body, sender, true);
                 self.append_number(&mut body);
                 self.append_number(&mut body);
                 self.append_count(&mut body);
             }
             GAP => {
-                self.append_endpoints(&mut body, sender);
+                self.append_endpoints(&mut body, sender, true);
                 self.append_number(&mut body);
                 self.append_number(&mut body);
                 self.append_bitmap(&mut body);
             }
             NACK_FRAG => {
-                self.append_endpoints(&mut body, sender);
+                self.append_endpoints(&mut body, sender, false);
                 self.append_number(&mut body);
                 self.append_size(&mut body);
                 self.append_bitmap(&mut body);
                 self.append_count(&mut body);
             }
             HEARTBEAT_FRAG => {
-                self.append_endpoints(&mut body, sender);
+                self.append_endpoints(&mut body, sender, true);
                 self.append_number(&mut body);
                 self.append_size(&mut body);
                 self.append_count(&mut body);
             }
             DATA => {
                 body.extend([0, 0, 16, 0]);
-                self.append_endpoints(&mut body, sender);
+                self.append_endpoints(&mut body, sender, true);
                 self.append_number(&mut body);
                 if flags & 2 != 0 {
                     holds_places |= self.append_parameters(&mut body);
@@ -182,7 +187,7 @@ impl Packets {
             }
             DATA_FRAG => {
                 body.extend([0, 0, 28, 0]);
-                self.append_endpoints(&mut body, sender);
+                self.append_endpoints(&mut body, sender, true);
                 self.append_number(&mut body);
                 self.append_size(&mut body);
                 body.extend(self.small().to_le_bytes());
@@ -224,9 +229,10 @@ impl Packets {
         *all.choose(&mut self.random).expect("there is something to choose from")
     }
 
-    /// The reader and the writer that a submessage is between.
-    fn append_endpoints(&mut self, body: &mut Vec<u8>, sender: &Endpoint) {
-        for owner in [self.pick(&self.receivers.clone()), *sender] {
+    /// The reader and the writer that a submessage is between, one of which sends it.
+    fn append_endpoints(&mut self, body: &mut Vec<u8>, sender: &Endpoint, by_writer: bool) {
+        let receiver = self.pick(&self.receivers.clone());
+        for owner in if by_writer { [receiver, *sender] } else { [*sender, receiver] } {
             let number = match self.random.random_range(0..4) {
                 0 => self.pick(&BUILT_IN),
                 1 => ALL_READERS,
@@ -251,7 +257,7 @@ impl Packets {
     fn append_size(&mut self, body: &mut Vec<u8>) {
         let most = u32::try_from(self.largest).unwrap_or(u32::MAX);
         let size = match self.random.random_range(0..4) {
-            0 => self.pick(&[most, most - 1, most / 2, 1]),
+            0 => self.pick(&[most, most - 1, most / 2, 1, 0]),
             _ => self.random.random_range(1..=most.min(2000)),
         };
         body.extend(size.to_le_bytes());

@@ -1,5 +1,5 @@
 //! Packets and messages of somebody who means harm, thrown at the nodes while a training runs: it ends as
-//! if nothing had been. What RustDDS does not survive ends a node, with an error, and not the machine.
+//! if nothing had been.
 
 use std::{path::Path, time::Duration};
 
@@ -8,7 +8,8 @@ use evac_msgs::{ActionCommand, Image, reset, step};
 use evac_tests::{
     Nodes, Outcome, PATIENCE,
     attacker::{Attacker, Liar},
-    packets::{DATA_FRAG, GAP, HEARTBEAT, Packets, packet},
+    corrected_rustdds,
+    packets::{DATA_FRAG, Endpoint, GAP, HEARTBEAT, NACK_FRAG, Packets, packet},
 };
 use ros_runtime::{node::reliable, security::Security};
 use rustdds::{RepresentationIdentifier, serialization::to_writer_with_rep_id};
@@ -52,7 +53,7 @@ impl Scene {
 
     fn assert_sound(&mut self, name: &str) {
         let memory = self.nodes.memory_mb(name);
-        // Not a number once it has ended.
+        // Not a number once it has ended, as the agent may.
         let is_small = memory.is_nan() || memory < MOST_MEMORY_MB;
         assert!(is_small, "{name} holds {memory} MB:\n{}", self.nodes.log(name));
     }
@@ -60,10 +61,8 @@ impl Scene {
     /// Waits for the training's end, which is that of an undisturbed one.
     fn assert_ends_as_undisturbed(&mut self) {
         self.nodes.succeed("agent_node", TRAINING);
-        for name in ["sim_node", "agent_node"] {
-            let log = self.nodes.log(name);
-            assert!(!log.contains("panicked"), "{name}:\n{log}");
-        }
+        let log = self.nodes.log("sim_node");
+        assert!(self.nodes.ended("sim_node").is_none(), "sim_node has ended:\n{log}");
         let plan =
             Plan { scenario: "empty".to_owned(), episodes: self.episodes, seed: SEED, rooms: 1 };
         let here = self.nodes.path("here");
@@ -93,7 +92,10 @@ fn packets_that_say_nonsense_disturb_nobody() {
     scene.start_training();
     scene.nodes.wait_for_steps(1);
     let (own, others) = (scene.attacker.own(), scene.attacker.others());
-    let mut packets = Packets::new(1, own, others, 10_000, false);
+    // RustDDS as it is takes as much memory as they say.
+    let is_corrected = corrected_rustdds().is_some();
+    let largest = if is_corrected { i64::MAX } else { 10_000 };
+    let mut packets = Packets::new(1, own, others, largest, is_corrected);
     for _ in 0..PACKETS / 50 {
         (0..50).for_each(|_| scene.attacker.throw(&packets.draw(), 4));
         scene.assert_sound("sim_node");
@@ -103,65 +105,138 @@ fn packets_that_say_nonsense_disturb_nobody() {
     scene.assert_ends_as_undisturbed();
 }
 
-/// Packets that RustDDS 0.15.1 does not survive, each with what the node then says; see
-/// docs/reliability.md. A later version that does may have them struck out here.
-fn deadly_packets(attacker: &Attacker) -> Vec<(&'static str, Vec<Vec<u8>>)> {
-    let number = |number: i64| {
-        [((number >> 32) as i32).to_le_bytes(), (number as u32).to_le_bytes()].concat()
+/// Whoever reads, in place of a reader.
+const ALL_READERS: [u8; 4] = [0; 4];
+
+fn number(number: i64) -> [u8; 8] {
+    let high = ((number >> 32) as i32).to_le_bytes();
+    let [a, b, c, d] = (number as u32).to_le_bytes();
+    [high[0], high[1], high[2], high[3], a, b, c, d]
+}
+
+/// A byte of a sample of so many, as so many fragments of a size from the `first` on.
+fn fragments(
+    writer: &Endpoint,
+    sample: i64,
+    first: u32,
+    (count, size): (u16, u16),
+    whole: u32,
+) -> Vec<u8> {
+    let sizes = [&first.to_le_bytes()[..], &count.to_le_bytes(), &size.to_le_bytes()].concat();
+    let start = [&[0, 0, 28, 0], &ALL_READERS, &writer[12..], &number(sample)].concat();
+    packet(writer, DATA_FRAG, &[&start[..], &sizes, &whole.to_le_bytes(), &[0]].concat())
+}
+
+/// A GAP of all samples from one on before another, and of those that follow by so many bits.
+fn gap(writer: &Endpoint, from: i64, before: i64, bits: u32) -> Vec<u8> {
+    let set = [&bits.to_le_bytes()[..], &vec![0xff; bits.div_ceil(8) as usize]].concat();
+    let numbers = [number(from), number(before)].concat();
+    packet(writer, GAP, &[&ALL_READERS, &writer[12..], &numbers, &set].concat())
+}
+
+/// Packets of less than 100 bytes that speak of gigabytes, or of what cannot be: RustDDS 0.15.1 as it
+/// is takes as much at once, keeps it, or panics.
+fn greedy_packets(attacker: &Attacker) -> Vec<Vec<u8>> {
+    // The last byte of an endpoint says what it is.
+    let of_kind = |endpoints: &[Endpoint], kind| -> Vec<Endpoint> {
+        endpoints.iter().copied().filter(|endpoint| endpoint[15] == kind).collect()
     };
-    let (first, far) = (number(1), number(1 << 40));
-    let word = |word: u32| word.to_le_bytes().to_vec();
-    // The last byte of an endpoint says what it is: this one, a writer.
-    let writers = || attacker.own().iter().filter(|endpoint| endpoint[15] == 0x03);
-    let all_readers = [0; 4];
-    let by_writers = |kind: u8, body: &dyn Fn() -> Vec<u8>, start: &[u8]| -> Vec<Vec<u8>> {
-        let packets = writers().map(|writer| {
-            let body = [start, &all_readers, &writer[12..], &body()].concat();
-            packet(writer, kind, &body)
-        });
-        packets.collect()
+    let (writer, reader) = (0x03, 0x04);
+    let own = of_kind(attacker.own(), writer);
+    let invented = |number: u16, endpoint: [u8; 4]| -> Endpoint {
+        let mut other = [0; 16];
+        other[..2].copy_from_slice(&number.to_be_bytes());
+        other[2..12].fill(0xab);
+        other[12..].copy_from_slice(&endpoint);
+        other
     };
-    let none = || [word(0), word(i32::MAX as u32)].concat();
-    vec![
-        (
-            "memory allocation of 4294967295 bytes failed",
-            // A fragment of one byte, of a sample of 4 GB.
-            by_writers(
-                DATA_FRAG,
-                &|| [number(1), word(1), vec![1, 0, 1, 0], word(u32::MAX), vec![0]].concat(),
-                &[0, 0, 28, 0],
-            ),
-        ),
-        (
-            "memory allocation of",
-            // There are 2^40 samples, which the reader is to ask for.
-            by_writers(HEARTBEAT, &|| [&first[..], &far, &word(i32::MAX as u32)].concat(), &[]),
-        ),
-        (
-            "memory allocation of",
-            // All samples but the first do not exist.
-            by_writers(GAP, &|| [&number(2)[..], &far, &none()].concat(), &[]),
-        ),
-    ]
+    let mut packets = Vec::new();
+    for sample in 1..=100 {
+        let strangers = [[0, 1, 0, 0xc2], [0, 0, 3, 0xc2], [0, 0, 9, writer]];
+        let strangers = strangers.map(|endpoint| invented(sample as u16, endpoint));
+        for by in strangers.iter().chain(&own[..1]) {
+            // Much more than there is, and as much as may be.
+            for whole in [u32::MAX, 1 << 31, 1 << 28, 1 << 24] {
+                packets.push(fragments(by, sample, 1, (1, 1), whole));
+            }
+        }
+        for by in strangers.iter().chain(&own[1..2]) {
+            // All of the sample, as it says.
+            packets.push(fragments(by, 1000 + sample, 1, (65_535, 512), 65_535 * 512));
+        }
+        for by in strangers.iter().chain(&own[2..]) {
+            // Fragments of one size, then of another.
+            packets.push(fragments(by, 2000, 1, (1, 60_000), 1 << 20));
+            packets.push(fragments(by, 2000 + sample, 30_000_000, (1, 1), 1 << 25));
+        }
+        for by in &own {
+            // What is left out ends before it begins.
+            packets.push(gap(by, 1 << 40, 1000 * sample, 256));
+        }
+    }
+    for writer in &own {
+        // There are 2^40 samples, which the reader is to ask for; all but the first do not exist.
+        let range = [number(1), number(1 << 40)].concat();
+        let count = i32::MAX.to_le_bytes();
+        let heartbeat = [&ALL_READERS, &writer[12..], &range, &count].concat();
+        packets.push(packet(writer, HEARTBEAT, &heartbeat));
+        packets.push(gap(writer, 2, 1 << 40, 0));
+    }
+    let asked = of_kind(attacker.others(), writer);
+    for (count, fragment) in (1u32..).zip([u32::MAX, 1 << 31, 0]) {
+        for (reader, writer) in
+            of_kind(attacker.own(), reader).iter().flat_map(|r| asked.iter().map(move |w| (r, w)))
+        {
+            // The last of so many fragments is asked for once more, or the one before the first.
+            let set = [fragment, 1, 1 << 31, count].map(u32::to_le_bytes).concat();
+            let body = [&reader[12..], &writer[12..], &number(1), &set].concat();
+            packets.push(packet(reader, NACK_FRAG, &body));
+        }
+    }
+    packets
 }
 
 #[test]
-fn what_dds_does_not_survive_ends_a_node_and_not_the_training() {
+fn packets_that_speak_of_gigabytes_disturb_nobody() {
+    if corrected_rustdds().is_none() {
+        eprintln!("SKIPPED: RustDDS as it is ends by them: run launch_scripts/test.sh");
+        return;
+    }
     let mut scene = Scene::new(300);
     let _liars = befriend(&mut scene.attacker);
     scene.start_training();
-    let kinds = deadly_packets(&scene.attacker).len();
-    for kind in 0..kinds {
-        scene.nodes.wait_for_steps(1);
-        let (expected, packets) = deadly_packets(&scene.attacker).swap_remove(kind);
-        packets.iter().for_each(|packet| scene.attacker.throw(packet, 1));
-        let status = scene.nodes.wait("sim_node", PATIENCE);
-        let log = scene.nodes.log("sim_node");
-        assert!(!status.success() && log.contains(expected), "{status}, not '{expected}':\n{log}");
-        scene.nodes.start_simulator(&[&format!("max_steps:={MAX_STEPS}")]);
-        scene.nodes.wait_for_log("sim_node", "the room is open");
-        scene.attacker.wait_for_matches(5 * (kind + 2));
+    scene.nodes.wait_for_steps(1);
+    for packets in greedy_packets(&scene.attacker).chunks(20) {
+        packets.iter().for_each(|packet| scene.attacker.throw(packet, 4));
+        scene.assert_sound("sim_node");
+        scene.assert_sound("agent_node");
+        std::thread::sleep(Duration::from_millis(2));
     }
+    scene.assert_ends_as_undisturbed();
+}
+
+#[test]
+fn participants_that_there_are_not_are_forgotten() {
+    const SUBMESSAGE_OF_NOBODY: u8 = 0x80;
+    const MOST_GROWTH_MB: f64 = 10.0;
+    if corrected_rustdds().is_none() {
+        eprintln!("SKIPPED: RustDDS as it is forgets none: run launch_scripts/test.sh");
+        return;
+    }
+    let mut scene = Scene::new(12);
+    let before = scene.nodes.memory_mb("sim_node");
+    for participant in 0..100_000u32 {
+        let mut sender = [0xcd; 16];
+        sender[..4].copy_from_slice(&participant.to_le_bytes());
+        scene.attacker.throw(&packet(&sender, SUBMESSAGE_OF_NOBODY, &[]), 1);
+        if participant.is_multiple_of(100) {
+            // Or the system drops what the node has no time to read.
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    }
+    let grown = scene.nodes.memory_mb("sim_node") - before;
+    assert!(grown < MOST_GROWTH_MB, "the simulator has grown by {grown} MB");
+    scene.start_training();
     scene.assert_ends_as_undisturbed();
 }
 

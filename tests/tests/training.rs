@@ -1,8 +1,9 @@
 //! Trainings by the real nodes: the same to the byte however they are run, stopped or disturbed.
 
 use std::{
-    fs,
-    path::Path,
+    fs, io,
+    path::{Path, PathBuf},
+    process::Command,
     time::{Duration, Instant},
 };
 
@@ -236,6 +237,51 @@ fn a_training_that_is_stopped_goes_on_as_if_it_had_not_been() {
     }
     nodes.succeed("agent_node", TRAINING);
     Outcome::left_in(&out).assert_is(&in_process("one_moving", 1, &nodes.path("here")));
+}
+
+/// A disk of 20 MB in memory, until this value is dropped.
+struct Disk(PathBuf);
+
+impl Disk {
+    /// None where one must not mount any.
+    fn mounted_on(place: &Path) -> Option<Disk> {
+        let mut mount = Command::new("mount");
+        mount.args(["-t", "tmpfs", "-o", "size=20m", "tmpfs"]).arg(place);
+        let is_mounted = mount.output().is_ok_and(|output| output.status.success());
+        is_mounted.then(|| Disk(place.to_owned()))
+    }
+}
+
+impl Drop for Disk {
+    fn drop(&mut self) {
+        // At once, whoever still has a file there.
+        let _ = Command::new("umount").arg("--lazy").arg(&self.0).status();
+    }
+}
+
+#[test]
+fn a_training_goes_on_while_the_disk_is_full() {
+    let place = tempfile::tempdir().expect("a directory");
+    let Some(_disk) = Disk::mounted_on(place.path()) else {
+        eprintln!("SKIPPED: no disk of our own here: it needs root and Linux");
+        return;
+    };
+    let (out, ballast) = (place.path().join("run"), place.path().join("ballast"));
+    let mut nodes = Nodes::new();
+    // In real time, so that the training has not ended when there is room again.
+    nodes.start_simulator(&[&format!("max_steps:={MAX_STEPS}"), "motion_time:=0.01"]);
+    start_agent(&mut nodes, &out, "empty", &["checkpoint_interval:=1"]);
+    nodes.wait_for_steps(30);
+    let mut file = fs::File::create(&ballast).expect("a file");
+    let error = io::copy(&mut io::repeat(0), &mut file).expect_err("a disk of 20 MB");
+    assert_eq!(error.kind(), io::ErrorKind::StorageFull);
+    nodes.wait_for_log("agent_node", "No space left on device");
+    nodes.wait_for_log("agent_node", "the training goes on, and is saved again later");
+    drop(file);
+    fs::remove_file(ballast).expect("it is there");
+    nodes.succeed("agent_node", TRAINING);
+    Outcome::left_in(&out).assert_is(&in_process("empty", 1, &nodes.path("here")));
+    assert!(out.join("checkpoint.safetensors").exists(), "it is saved in the end");
 }
 
 #[test]
