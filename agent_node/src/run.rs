@@ -2,7 +2,7 @@
 
 use std::{
     collections::BTreeMap,
-    fs,
+    fs, io,
     os::unix::fs::PermissionsExt,
     path::{Path, PathBuf},
 };
@@ -18,6 +18,9 @@ use crate::learning::{evaluation::Evaluation, record::Records};
 pub struct RunDirectory {
     path: PathBuf,
 }
+
+/// What a file's name ends with while it is written.
+const UNFINISHED: &str = ".unfinished";
 
 /// Why a file was not written; what was there before is still there.
 #[derive(Debug, Error)]
@@ -127,10 +130,17 @@ impl RunDirectory {
     ) -> Result<(), WriteError> {
         let target = self.file(name);
         let write = || -> anyhow::Result<()> {
+            // Always the same name: what a killed agent leaves behind is in nobody's way for long.
+            match fs::remove_file(self.file(&format!("{name}{UNFINISHED}"))) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error.into()),
+                _ => {}
+            }
             // As any other file: for whomever the umask leaves it to.
             let permissions = fs::Permissions::from_mode(0o666);
             let temporary = tempfile::Builder::new()
                 .prefix(name)
+                .rand_bytes(0)
+                .suffix(UNFINISHED)
                 .permissions(permissions)
                 .tempfile_in(&self.path)?
                 .into_temp_path();
@@ -221,6 +231,23 @@ mod tests {
         run.write_and_keep("file", "before", |_| anyhow::bail!("no")).unwrap_err();
         assert_eq!(fs::read(run.file("file")).unwrap(), b"two");
         assert_eq!(fs::read(run.file("before")).unwrap(), b"one");
+    }
+
+    #[test]
+    fn what_a_killed_run_left_unfinished_does_not_stay() {
+        let home = tempfile::tempdir().unwrap();
+        let run = RunDirectory::open(home.path()).unwrap();
+        let unfinished = run.file(&format!("file{UNFINISHED}"));
+        fs::write(&unfinished, b"half").unwrap();
+        let write = |path: &Path| {
+            assert_eq!(path, unfinished);
+            Ok(fs::write(path, b"after")?)
+        };
+        run.write_by("file", write).unwrap();
+        let names: Vec<_> =
+            fs::read_dir(home.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+        assert_eq!(names, ["file"]);
+        assert_eq!(fs::read(run.file("file")).unwrap(), b"after");
     }
 
     #[test]

@@ -1,8 +1,9 @@
 """Drives with a trained model: ros2 launch evac_bringup drive.launch.py model:=runs/empty-robust-seed0."""
 
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, Shutdown
+from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
+from launch.actions import DeclareLaunchArgument, LogInfo, Shutdown
 from launch.conditions import IfCondition
+from launch.events.process import ProcessExited
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
@@ -19,10 +20,35 @@ ARGUMENTS = {
     "rviz": ("false", "show room, robot, path and image in RViz"),
 }
 
+# A panic, and SIGABRT, for want of memory. What the agent says to be an error would be one again.
+FAILURES = (101, -6)
+MOST_RESTARTS = 3
+
 
 def value(name: str, kind: type) -> ParameterValue:
     """An argument as a parameter of a type."""
     return ParameterValue(LaunchConfiguration(name), value_type=kind)
+
+
+def agent(restarts: int = 0) -> Node:
+    """The agent; one that failed is started again."""
+
+    def ended(event: ProcessExited, _: LaunchContext) -> list[LaunchDescriptionEntity]:
+        if event.returncode not in FAILURES or restarts == MOST_RESTARTS:
+            return [Shutdown(reason="agent_node has ended")]
+        message = f"agent_node failed; it is started again ({restarts + 1} of at most {MOST_RESTARTS} times)"
+        return [LogInfo(msg=message), agent(restarts + 1)]
+
+    return Node(
+        package="agent_node",
+        executable="agent_node",
+        arguments=["drive"],
+        parameters=[
+            {"model": value("model", str), "settle_time": value("settle_time", float)},
+        ],
+        output="screen",
+        on_exit=ended,
+    )
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -48,16 +74,6 @@ def generate_launch_description() -> LaunchDescription:
         respawn_delay=1.0,
         condition=IfCondition(LaunchConfiguration("simulator")),
     )
-    agent = Node(
-        package="agent_node",
-        executable="agent_node",
-        arguments=["drive"],
-        parameters=[
-            {"model": value("model", str), "settle_time": value("settle_time", float)},
-        ],
-        output="screen",
-        on_exit=Shutdown(),
-    )
     configuration = PathJoinSubstitution([FindPackageShare("evac_bringup"), "rviz", "evac.rviz"])
     rviz = Node(
         package="rviz2",
@@ -65,4 +81,4 @@ def generate_launch_description() -> LaunchDescription:
         arguments=["-d", configuration],
         condition=IfCondition(LaunchConfiguration("rviz")),
     )
-    return LaunchDescription([*declared, simulator, agent, rviz])
+    return LaunchDescription([*declared, simulator, agent(), rviz])

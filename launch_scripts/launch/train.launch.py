@@ -1,8 +1,11 @@
 """Starts simulator and agent, and trains: ros2 launch evac_bringup train.launch.py scenario:=concave."""
 
+from pathlib import Path
+
 from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
-from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
+from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction, Shutdown
 from launch.conditions import IfCondition
+from launch.events.process import ProcessExited
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
@@ -18,13 +21,16 @@ ARGUMENTS = {
     "rviz": ("false", "show room, robot, path and image in RViz"),
 }
 TEXTS = ("scenario", "preset", "out")
+# A panic, and SIGABRT, for want of memory. What the agent says to be an error would be one again.
+FAILURES = (101, -6)
+MOST_RESTARTS = 3
 
 
-def agent(context: LaunchContext) -> list[LaunchDescriptionEntity]:
+def start(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     """The agent, with the parameters that were given."""
     parameters = {}
     for name in ARGUMENTS:
-        value = LaunchConfiguration(name).perform(context)
+        value = LaunchConfiguration(name).perform(context) or ARGUMENTS[name][0]
         if name == "rviz" or not value:
             continue
         if name in TEXTS:
@@ -33,16 +39,28 @@ def agent(context: LaunchContext) -> list[LaunchDescriptionEntity]:
             parameters[name] = value.lower() == "true"
         else:
             parameters[name] = int(value)
-    return [
-        Node(
-            package="agent_node",
-            executable="agent_node",
-            arguments=["train"],
-            parameters=[parameters],
-            output="screen",
-            on_exit=Shutdown(),
-        )
-    ]
+    parameters.setdefault("out", "runs/{scenario}-{preset}-seed{seed}".format(**parameters))
+    return [agent(parameters)]
+
+
+def agent(parameters: dict, restarts: int = 0) -> Node:
+    """The agent; one that failed is started again, and goes on from its last checkpoint."""
+
+    def ended(event: ProcessExited, _: LaunchContext) -> list[LaunchDescriptionEntity]:
+        if event.returncode not in FAILURES or restarts == MOST_RESTARTS:
+            return [Shutdown(reason="agent_node has ended")]
+        resume = Path(parameters["out"], "checkpoint.safetensors").exists()
+        message = f"agent_node failed; it is started again ({restarts + 1} of at most {MOST_RESTARTS} times)"
+        return [LogInfo(msg=message), agent({**parameters, "resume": resume}, restarts + 1)]
+
+    return Node(
+        package="agent_node",
+        executable="agent_node",
+        arguments=["train"],
+        parameters=[parameters],
+        output="screen",
+        on_exit=ended,
+    )
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -62,4 +80,4 @@ def generate_launch_description() -> LaunchDescription:
         arguments=["-d", configuration],
         condition=IfCondition(LaunchConfiguration("rviz")),
     )
-    return LaunchDescription([*declared, simulator, OpaqueFunction(function=agent), rviz])
+    return LaunchDescription([*declared, simulator, OpaqueFunction(function=start), rviz])

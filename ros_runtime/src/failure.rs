@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    #[ignore = "it ends the process: the test above runs it"]
+    #[ignore = "it ends the process: another test runs it"]
     fn a_thread_takes_too_much_memory() {
         limit_memory(1 << 30).unwrap();
         let _ =
@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    #[ignore = "it ends the process: the test above runs it"]
+    #[ignore = "it ends the process: another test runs it"]
     fn a_thread_panics() {
         end_on_panic();
         let _ = std::thread::spawn(|| panic!("as it should")).join();

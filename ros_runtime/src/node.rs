@@ -3,7 +3,10 @@
 use std::{
     collections::BTreeSet,
     future::Future,
-    sync::{Arc, Mutex, MutexGuard},
+    sync::{
+        Arc, Mutex, MutexGuard,
+        atomic::{AtomicU64, Ordering},
+    },
 };
 
 use evac_msgs::{
@@ -74,7 +77,7 @@ pub enum NodeError {
 }
 
 /// Reliable, volatile, the last `depth` samples. A publisher never waits for a slow reader: if the
-/// send window (8,192 samples) is full, the new sample is dropped for all, and said so at debug level.
+/// send window (8,192 samples) is full, the new sample is dropped for all, and said so.
 pub fn reliable(depth: usize) -> QosProfile {
     QosProfile::publisher_default()
         .history(History::KeepLast { depth })
@@ -382,6 +385,8 @@ pub struct Publisher<M: RosMessage> {
     publisher: ros2_client::Publisher<M>,
     readers: watch::Receiver<usize>,
     graph: Graph,
+    /// How many messages nobody has got, because a reader was too slow.
+    unsent: AtomicU64,
 }
 
 impl<M: RosMessage> Publisher<M> {
@@ -393,7 +398,8 @@ impl<M: RosMessage> Publisher<M> {
     ) -> Result<Publisher<M>, NodeError> {
         let publisher = node.lock().create_publisher(topic, None).map_err(endpoint(&name))?;
         let readers = graph.matches(publisher.guid());
-        Ok(Publisher { name, publisher, readers, graph: graph.clone() })
+        let (graph, unsent) = (graph.clone(), AtomicU64::new(0));
+        Ok(Publisher { name, publisher, readers, graph, unsent })
     }
 
     /// Whether anybody reads the topic now.
@@ -419,9 +425,14 @@ impl<M: RosMessage> Publisher<M> {
         match self.publisher.publish(message) {
             Ok(()) => {}
             Err(WriteError::WouldBlock { .. }) => {
-                debug!("{}: a reader is too slow; nobody gets this message", self.name);
+                let unsent = self.unsent.fetch_add(1, Ordering::Relaxed) + 1;
+                // Less and less often: it may last, and there may be thousands a second.
+                if unsent.is_power_of_two() {
+                    let name = &self.name;
+                    warn!("{name}: a reader is too slow; {unsent} messages were not sent so far");
+                }
             }
-            Err(error) => log::warn!("{}: could not publish: {error}", self.name),
+            Err(error) => warn!("{}: could not publish: {error}", self.name),
         }
     }
 }

@@ -19,7 +19,7 @@ use ros2_client::{
 use thiserror::Error;
 use tokio::{
     sync::watch,
-    time::{Instant, timeout, timeout_at},
+    time::{Instant, sleep_until, timeout, timeout_at},
 };
 
 use crate::{latency::Latencies, shutdown::Shutdown};
@@ -155,8 +155,14 @@ impl<S: RosService> ServiceClient<S> {
                 Some(deadline) => (Instant::now() + wait).min(start + deadline),
                 None => Instant::now() + wait,
             };
-            if let Ok(result) = timeout_at(end, attempt).await {
-                return result;
+            match timeout_at(end, attempt).await {
+                // It may pass, as a full send window does.
+                Ok(Err(error @ CallError::Unsendable { .. })) => {
+                    warn!("{error}; it is tried again");
+                    sleep_until(end).await;
+                }
+                Ok(result) => return result,
+                Err(_) => {}
             }
             if let Some(deadline) = deadline.filter(|deadline| start.elapsed() >= *deadline) {
                 let seconds = deadline.as_secs_f64();

@@ -198,6 +198,14 @@ impl Nodes {
         kibibytes.map_or(f64::NAN, |kibibytes| kibibytes * 1024.0 / 1e6)
     }
 
+    /// How much memory a node may take, in bytes; none if as much as it likes.
+    pub fn memory_limit(&mut self, name: &str) -> Option<u64> {
+        let limits = format!("/proc/{}/limits", self.process(name).child.id());
+        let limits = std::fs::read_to_string(limits).ok()?;
+        let line = limits.lines().find_map(|line| line.strip_prefix("Max data size"))?;
+        line.split_whitespace().next()?.parse().ok()
+    }
+
     /// How many files, sockets and the like a node has open; none once it has ended.
     pub fn handles(&mut self, name: &str) -> Option<usize> {
         let handles = format!("/proc/{}/fd", self.process(name).child.id());

@@ -240,6 +240,20 @@ fn participants_that_there_are_not_are_forgotten() {
     scene.assert_ends_as_undisturbed();
 }
 
+/// What is sent to them may have them ask for anything: it is not to be had.
+#[test]
+fn no_node_may_take_all_the_memory() {
+    let mut scene = Scene::new(100_000);
+    scene.start_training();
+    scene.nodes.wait_for_steps(1);
+    assert_eq!(scene.nodes.memory_limit("sim_node"), Some(1 << 30));
+    let limit = scene.nodes.memory_limit("agent_node");
+    let half = ros_runtime::failure::machine_memory().map(|machine| machine / 2);
+    // The system counts in pages.
+    let difference = limit.zip(half).map(|(limit, half)| limit.abs_diff(half));
+    assert!(difference.is_some_and(|bytes| bytes < 1 << 16), "{limit:?}, not {half:?}");
+}
+
 /// A message as it goes over the wire.
 fn encoded(message: &impl Serialize) -> Vec<u8> {
     let mut bytes = Vec::new();

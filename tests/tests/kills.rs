@@ -1,6 +1,6 @@
 //! Both nodes killed again and again in the middle of a training, which ends as if nothing had been.
 //!
-//! `EVAC_KILLS` says how often (default: 20).
+//! `EVAC_KILLS` says how often (default: 100).
 
 use std::{
     fs,
@@ -43,7 +43,7 @@ fn written(checkpoint: &Path) -> Option<SystemTime> {
 #[test]
 fn killed_at_any_moment_a_training_ends_as_if_it_had_never_been() {
     let kills: u32 =
-        std::env::var("EVAC_KILLS").map_or(20, |kills| kills.parse().expect("a number"));
+        std::env::var("EVAC_KILLS").map_or(100, |kills| kills.parse().expect("a number"));
     // Every life of the agent is some episodes long, and some are left for the last one.
     let episodes = 20 * kills;
     let mut random = ChaCha8Rng::seed_from_u64(kills.into());
@@ -76,4 +76,8 @@ fn killed_at_any_moment_a_training_ends_as_if_it_had_never_been() {
     let plan = Plan { scenario: "empty".to_owned(), episodes, seed: SEED, rooms: 1 };
     let undisturbed = Outcome::in_process(plan, Preset::Paper, MAX_STEPS, &nodes.path("here"));
     Outcome::left_in(&out).assert_is(&undisturbed);
+    let names =
+        fs::read_dir(&out).expect("a directory").map(|file| file.expect("a file").file_name());
+    let unfinished = names.filter(|name| name.to_string_lossy().ends_with(".unfinished"));
+    assert_eq!(unfinished.count(), 0, "what was half written is gone");
 }

@@ -4,8 +4,9 @@
 //! What needs `evac_msgs` or the packages of a workspace is skipped where these are not built.
 
 use std::{
+    fs,
     io::Write,
-    process::{Command, Stdio},
+    process::{Child, Command, Stdio},
     time::{Duration, Instant},
 };
 
@@ -337,6 +338,60 @@ fn the_pair_is_launched() {
         let text = output(&nodes, &mut launch);
         assert!(out.join("summary.json").exists(), "{text}");
     }
+}
+
+/// The agent that a launch has started, once there is one that is none of `others`.
+fn launched_agent(launch: &Child, others: &[String]) -> String {
+    let end = Instant::now() + PATIENCE;
+    loop {
+        let processes = fs::read_dir("/proc").expect("there are processes");
+        for process in processes.flatten().map(|process| process.path()) {
+            // Its number, its name in brackets, its state, and whose child it is.
+            let Ok(text) = fs::read_to_string(process.join("stat")) else { continue };
+            let Some((id, rest)) = text.split_once(" (agent_node) ") else { continue };
+            let is_launched = rest.split(' ').nth(1) == Some(launch.id().to_string().as_str());
+            if is_launched && !others.iter().any(|other| other == id) {
+                return id.to_owned();
+            }
+        }
+        assert!(Instant::now() < end, "no agent is launched");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+#[test]
+fn a_launched_agent_that_fails_goes_on_with_its_training() {
+    let nodes = Nodes::new();
+    if !is_there(&nodes, "pkg prefix agent_node") {
+        return;
+    }
+    let out = nodes.path("run");
+    let file = repository().join("launch_scripts/launch/train.launch.xml");
+    let mut launch = ros2(&nodes, "launch")
+        .arg(file)
+        .args(["episodes:=1000", "preset:=paper", "evaluation_episodes:=5"])
+        .arg(format!("out:={}", out.display()))
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("ros2 starts");
+    let mut agents = Vec::new();
+    for _ in 0..2 {
+        agents.push(launched_agent(&launch, &agents));
+        let checkpoint = out.join("checkpoint.safetensors");
+        let before = fs::metadata(&checkpoint).and_then(|file| file.modified()).ok();
+        let end = Instant::now() + PATIENCE;
+        while fs::metadata(&checkpoint).and_then(|file| file.modified()).ok() == before {
+            assert!(Instant::now() < end, "there is no other checkpoint");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        let agent = agents.last().expect("there is one");
+        let status = Command::new("kill").args(["-ABRT", agent]).status();
+        assert!(status.expect("a signal").success());
+    }
+    assert!(launch.wait().expect("it is our child").success());
+    let episodes = fs::read_to_string(out.join("episodes.csv")).expect("episodes");
+    assert_eq!(episodes.lines().count(), 1001);
 }
 
 #[test]

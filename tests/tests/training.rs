@@ -7,7 +7,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-use agent_node::learning::{settings::Preset, training::Plan};
+use agent_node::learning::{
+    settings::Preset,
+    training::{Plan, Training},
+};
 use evac_msgs::{ActionCommand, EpisodeStatus, QValues, Time, TrainingStatus};
 use evac_tests::{Nodes, Outcome, PATIENCE};
 use ros_runtime::{
@@ -281,7 +284,10 @@ fn a_training_goes_on_while_the_disk_is_full() {
     fs::remove_file(ballast).expect("it is there");
     nodes.succeed("agent_node", TRAINING);
     Outcome::left_in(&out).assert_is(&in_process("empty", 1, &nodes.path("here")));
-    assert!(out.join("checkpoint.safetensors").exists(), "it is saved in the end");
+    let plan = Plan { scenario: "empty".to_owned(), episodes: EPISODES, seed: SEED, rooms: 1 };
+    let checkpoint = out.join("checkpoint.safetensors");
+    let saved = Training::load(&checkpoint, plan, Preset::default().settings());
+    assert_eq!(saved.expect("a checkpoint").episode(), EPISODES);
 }
 
 #[test]

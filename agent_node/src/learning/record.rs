@@ -51,7 +51,7 @@ impl EpisodeRecord {
         Some(EpisodeRecord {
             episode: whole(episode)?,
             steps: whole(steps)?,
-            episode_return: episode_return.is_finite().then_some(episode_return as f32)?,
+            episode_return: Some(episode_return as f32).filter(|sum| sum.is_finite())?,
             epsilon: (0.0..=1.0).contains(&epsilon).then_some(epsilon)?,
             loss: (!loss.is_nan()).then_some(loss),
             blocked: whole(blocked)?,
@@ -128,7 +128,7 @@ mod tests {
         for record in [EpisodeRecord { loss: None, terminated: false, ..record.clone() }, record] {
             assert_eq!(EpisodeRecord::from_row(&record.to_row()).as_ref(), Some(&record));
             for (column, wrong) in
-                [(0, -1.0), (1, 0.5), (2, f64::NAN), (3, 2.0), (3, f64::NAN), (5, 1e10)]
+                [(0, -1.0), (1, 0.5), (2, f64::NAN), (2, 1e300), (3, 2.0), (3, f64::NAN), (5, 1e10)]
             {
                 let mut row = record.to_row();
                 row[column] = wrong;

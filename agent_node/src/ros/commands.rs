@@ -42,8 +42,8 @@ use crate::{
 
 /// The largest seed: parameters are signed in ROS.
 const LARGEST_SEED: u64 = (1 << 53) - 1;
-/// A checkpoint holds a record of each episode in a header that is limited to 100 MB.
-const MOST_EPISODES: u64 = 100_000;
+/// Each has a record in memory, of 48 bytes, and a row in episodes.csv, which every checkpoint writes.
+const MOST_EPISODES: u64 = 1_000_000;
 /// More would be more participants than a DDS domain takes on one machine.
 const MOST_SIMULATORS: u64 = 64;
 /// How long to wait for the simulator's parameters, which are only for the record.
