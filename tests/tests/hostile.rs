@@ -10,6 +10,7 @@ use evac_tests::{
     attacker::{Attacker, Liar},
     corrected_rustdds,
     packets::{DATA_FRAG, Endpoint, GAP, HEARTBEAT, NACK_FRAG, Packets, packet},
+    skip,
 };
 use ros_runtime::{node::reliable, security::Security};
 use rustdds::{RepresentationIdentifier, serialization::to_writer_with_rep_id};
@@ -199,7 +200,7 @@ fn greedy_packets(attacker: &Attacker) -> Vec<Vec<u8>> {
 #[test]
 fn packets_that_speak_of_gigabytes_disturb_nobody() {
     if corrected_rustdds().is_none() {
-        eprintln!("SKIPPED: RustDDS as it is ends by them: run launch_scripts/test.sh");
+        skip("RustDDS as it is ends by them: run launch_scripts/test.sh");
         return;
     }
     let mut scene = Scene::new(300);
@@ -220,7 +221,7 @@ fn participants_that_there_are_not_are_forgotten() {
     const SUBMESSAGE_OF_NOBODY: u8 = 0x80;
     const MOST_GROWTH_MB: f64 = 10.0;
     if corrected_rustdds().is_none() {
-        eprintln!("SKIPPED: RustDDS as it is forgets none: run launch_scripts/test.sh");
+        skip("RustDDS as it is forgets none: run launch_scripts/test.sh");
         return;
     }
     let mut scene = Scene::new(12);

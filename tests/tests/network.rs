@@ -9,6 +9,7 @@ use agent_node::learning::{settings::Preset, training::Plan};
 use evac_tests::{
     Nodes, Outcome, PATIENCE, corrected_rustdds,
     network::{Faults, Network},
+    skip,
 };
 use ros_runtime::{
     Arguments, Node,
@@ -23,7 +24,7 @@ const SEED: u64 = 5;
 
 fn network(faults: Faults) -> Option<Network> {
     if let Err(reason) = Network::is_possible() {
-        eprintln!("SKIPPED: no network of our own on this machine: {reason}");
+        skip(&format!("no network of our own on this machine: {reason}"));
         return None;
     }
     Some(Network::new(faults, 1).expect("two hosts"))
@@ -110,7 +111,7 @@ fn a_training_goes_on_after_ten_seconds_without_a_network() {
 #[test]
 fn an_answer_that_takes_several_packets_comes() {
     if corrected_rustdds().is_none() {
-        eprintln!("SKIPPED: RustDDS as it is cannot send it: run launch_scripts/test.sh");
+        skip("RustDDS as it is cannot send it: run launch_scripts/test.sh");
         return;
     }
     let Some(network) = network(Faults::default()) else { return };

@@ -6,7 +6,7 @@ use std::{
     process::Stdio,
 };
 
-use evac_tests::{Nodes, PATIENCE, assert_calls_the_services};
+use evac_tests::{Nodes, PATIENCE, assert_calls_the_services, skip};
 use ros_runtime::parameters::{ParameterClient, ParameterValue};
 
 const FRAMES: u64 = 50;
@@ -89,7 +89,7 @@ fn cyclone_dds_calls_the_services_as_its_rmw_maps_them() {
 fn fast_dds_calls_the_services_as_its_rmw_maps_them() {
     // There is no Fast DDS in PyPI, so this peer is not everywhere.
     let Some(caller) = std::env::var_os("EVAC_FAST_DDS_PEER") else {
-        eprintln!("SKIPPED: no EVAC_FAST_DDS_PEER: launch_scripts/test.sh builds it if it can");
+        skip("no EVAC_FAST_DDS_PEER: launch_scripts/test.sh builds it if it can");
         return;
     };
     let mut nodes = Nodes::new();

@@ -11,7 +11,7 @@ use std::{
 };
 
 use evac_msgs::{ActionCommand, EpisodeStatus, Header, Image, RosMessage, geometry_msgs::Twist};
-use evac_tests::{Nodes, PATIENCE, repository};
+use evac_tests::{Nodes, PATIENCE, repository, skip};
 use ros_runtime::node::{Node, Subscription, reliable};
 use tokio::time::timeout;
 
@@ -30,7 +30,7 @@ fn is_there(nodes: &Nodes, words: &str) -> bool {
     let status = ros2(nodes, words).stdout(Stdio::null()).stderr(Stdio::null()).status();
     let is_there = status.is_ok_and(|status| status.success());
     if !is_there {
-        eprintln!("SKIPPED: `ros2 {words}` does not succeed here");
+        skip(&format!("`ros2 {words}` does not succeed here"));
     }
     is_there
 }
@@ -132,7 +132,7 @@ fn colcon_knows_every_package() {
     };
     let help = Command::new("colcon").arg("--help").stdout(Stdio::null()).status();
     if !help.is_ok_and(|status| status.success()) {
-        eprintln!("SKIPPED: there is no colcon here");
+        skip("there is no colcon here");
         return;
     }
     let packages = output(&nodes, &mut colcon(&["list"]));

@@ -9,7 +9,7 @@ use std::{
 
 use agent_node::learning::{settings::Preset, training::Plan};
 use evac_msgs::{ActionCommand, Reset, Step, reset, sensor_msgs::Image, step};
-use evac_tests::{Nodes, Outcome, PATIENCE, assert_calls_the_services, binary, repository};
+use evac_tests::{Nodes, Outcome, PATIENCE, assert_calls_the_services, binary, repository, skip};
 use ros_runtime::{Node, node::reliable, security::Security};
 
 /// A domain in which everybody should have keys.
@@ -189,7 +189,7 @@ fn cyclone_dds_without_keys_sees_nothing_and_reaches_nobody() {
 fn fast_dds_steps_with_permission_and_not_without() {
     // There is no Fast DDS in PyPI, so this peer is not everywhere.
     let Some(peer) = std::env::var_os("EVAC_FAST_DDS_PEER") else {
-        eprintln!("SKIPPED: no EVAC_FAST_DDS_PEER: launch_scripts/test.sh builds it if it can");
+        skip("no EVAC_FAST_DDS_PEER: launch_scripts/test.sh builds it if it can");
         return;
     };
     let mut secured = Secured::new();

@@ -12,7 +12,7 @@ use agent_node::learning::{
     training::{Plan, Training},
 };
 use evac_msgs::{ActionCommand, EpisodeStatus, QValues, Time, TrainingStatus};
-use evac_tests::{Nodes, Outcome, PATIENCE};
+use evac_tests::{Nodes, Outcome, PATIENCE, skip};
 use ros_runtime::{
     node::reliable,
     parameters::{ParameterClient, ParameterValue},
@@ -266,7 +266,7 @@ impl Drop for Disk {
 fn a_training_goes_on_while_the_disk_is_full() {
     let place = tempfile::tempdir().expect("a directory");
     let Some(_disk) = Disk::mounted_on(place.path()) else {
-        eprintln!("SKIPPED: no disk of our own here: it needs root and Linux");
+        skip("no disk of our own here: it needs root and Linux");
         return;
     };
     let (out, ballast) = (place.path().join("run"), place.path().join("ballast"));

@@ -32,6 +32,7 @@ pub struct Report {
 }
 
 impl Report {
+    /// One that is lost and one that is repeated are none here, but another result.
     fn lost(&self) -> u64 {
         self.steps.saturating_sub(self.executed)
     }
