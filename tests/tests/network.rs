@@ -117,7 +117,8 @@ fn an_answer_that_takes_several_packets_comes() {
     let Some(network) = network(Faults::default()) else { return };
     let mut nodes = Nodes::new();
     let [here, there] = network.hosts();
-    nodes.start_agent_on(here, "agent_node", "train", &[]);
+    let out = format!("out:='{}'", nodes.path("run").display());
+    nodes.start_agent_on(here, "agent_node", "train", &[&out]);
     let door = there.door().expect("the host is there");
     let discovery = Discovery { range: Range::Subnet, ..nodes.discovery(Security::Off) };
     // On the other host, so not in this thread.

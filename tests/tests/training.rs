@@ -31,8 +31,11 @@ fn in_process(scenario: &str, rooms: usize, directory: &Path) -> Outcome {
 }
 
 fn in_process_by(preset: Preset, scenario: &str, rooms: usize, directory: &Path) -> Outcome {
-    let plan = Plan { scenario: scenario.to_owned(), episodes: EPISODES, seed: SEED, rooms };
-    Outcome::in_process(plan, preset, MAX_STEPS, directory)
+    Outcome::in_process(plan(scenario, rooms), preset, MAX_STEPS, directory)
+}
+
+fn plan(scenario: &str, rooms: usize) -> Plan {
+    Plan { scenario: scenario.to_owned(), episodes: EPISODES, seed: SEED, rooms }
 }
 
 fn start_agent(nodes: &mut Nodes, out: &Path, scenario: &str, more: &[&str]) {
@@ -284,9 +287,8 @@ fn a_training_goes_on_while_the_disk_is_full() {
     fs::remove_file(ballast).expect("it is there");
     nodes.succeed("agent_node", TRAINING);
     Outcome::left_in(&out).assert_is(&in_process("empty", 1, &nodes.path("here")));
-    let plan = Plan { scenario: "empty".to_owned(), episodes: EPISODES, seed: SEED, rooms: 1 };
     let checkpoint = out.join("checkpoint.safetensors");
-    let saved = Training::load(&checkpoint, plan, Preset::default().settings());
+    let saved = Training::load(&checkpoint, plan("empty", 1), Preset::default().settings());
     assert_eq!(saved.expect("a checkpoint").episode(), EPISODES);
 }
 
