@@ -150,6 +150,7 @@ impl<S: RosService> ServiceClient<S> {
         let usual = self.latencies.timeout().unwrap_or(FIRST_WAIT);
         let mut wait = usual.clamp(SHORTEST_WAIT, LONGEST_WAIT);
         loop {
+            let mut unsendable = None;
             let attempt = self.attempt(&request, sent.take());
             let end = match deadline {
                 Some(deadline) => (Instant::now() + wait).min(start + deadline),
@@ -160,13 +161,15 @@ impl<S: RosService> ServiceClient<S> {
                 Ok(Err(error @ CallError::Unsendable { .. })) => {
                     warn!("{error}; it is tried again");
                     sleep_until(end).await;
+                    unsendable = Some(error);
                 }
                 Ok(result) => return result,
                 Err(_) => {}
             }
             if let Some(deadline) = deadline.filter(|deadline| start.elapsed() >= *deadline) {
                 let seconds = deadline.as_secs_f64();
-                return Err(CallError::Deadline { service: self.name.clone(), seconds });
+                let silent = || CallError::Deadline { service: self.name.clone(), seconds };
+                return Err(unsendable.unwrap_or_else(silent));
             }
             let waited = start.elapsed().as_secs_f64();
             // The first repetitions are everyday life where messages are lost, or while the two sides
