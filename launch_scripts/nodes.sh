@@ -25,57 +25,16 @@ need_value() {
     [[ $# -ge 2 ]] || fail "$1 needs a value; see --help"
 }
 
-check_rust() {
-    local wanted found
-    wanted=$(sed -n 's/^rust-version = "\(.*\)"/\1/p' "$root/Cargo.toml")
-    command -v cargo >/dev/null || fail "there is no Rust toolchain: install Rust $wanted or later" \
-        "with rustup (https://rustup.rs), or your distribution's packages rustc and cargo"
-    found=$(cargo --version | cut -d ' ' -f 2)
-    [[ $(printf '%s\n' "$wanted" "$found" | sort -V | head -n 1) == "$wanted" ]] ||
-        fail "Rust $found is too old: Rust $wanted or later is needed ('rustup update stable')"
-    command -v cc >/dev/null ||
-        fail "there is no C compiler to link with: install one, such as Debian's package gcc"
-}
-
 check_openssl() {
     pkg-config --exists openssl 2>/dev/null ||
         fail "security needs OpenSSL's headers and pkg-config (Debian: libssl-dev pkg-config)"
 }
 
-# Sets EVAC_RUSTDDS to a directory with RustDDS as rustdds.patch corrects it, beside what else is built.
-correct_rustdds() {
-    local correction=$root/launch_scripts/rustdds.patch platform source corrected
-    # Nothing is downloaded that other platforms need.
-    platform=$(rustc --version --verbose | sed -n 's/^host: //p')
-    source=$(cd "$root" &&
-        cargo metadata --locked --format-version 1 --filter-platform "$platform" |
-        grep --only-matching '[^"]*/rustdds-[0-9.]*/Cargo\.toml' | head -n 1)
-    source=$(dirname "$source")
-    corrected=$(cd "$root" && realpath --canonicalize-missing "${CARGO_TARGET_DIR:-target}")
-    corrected=$corrected/corrected/$(basename "$source")
-    if ! cmp --silent "$correction" "$corrected/correction.patch"; then
-        rm -rf "$corrected"
-        mkdir -p "$(dirname "$corrected")"
-        cp -r "$source" "$corrected"
-        if command -v patch >/dev/null; then
-            patch --quiet --directory "$corrected" --strip 1 <"$correction"
-        elif command -v git >/dev/null; then
-            # It is no part of the repository that it lies in.
-            GIT_CEILING_DIRECTORIES=$(dirname "$corrected") git -C "$corrected" apply "$correction"
-        else
-            fail "there is neither patch nor git, one of which corrects RustDDS: install patch"
-        fi
-        cp "$correction" "$corrected/correction.patch"
-    fi
-    export EVAC_RUSTDDS=$corrected
-}
-
-# Builds or tests by cargo's command $1, as everything here is built: with RustDDS as corrected.
+# Builds or tests by cargo's command $1.
 run_cargo() {
-    check_rust
-    correct_rustdds
+    "$root/launch_scripts/setup.sh"
     # From the root, so that the settings in .cargo apply wherever the script is called from.
-    (cd "$root" && cargo "$1" --release --locked --config "paths = ['$EVAC_RUSTDDS']" "${@:2}")
+    (cd "$root" && cargo "$1" --release --locked "${@:2}")
 }
 
 build_nodes() {

@@ -1,20 +1,29 @@
 #!/usr/bin/env bash
-# Runs every test, with its set-up: the nodes, and independent DDS peers.
+# Runs the tests, with their set-up: the nodes, and independent DDS peers.
 #
-#   launch_scripts/test.sh [arguments for cargo test]
+#   launch_scripts/test.sh [--all | --soak] [arguments for cargo test]
 #
-# The peers from PyPI go into a virtual environment, .venv in the repository. One more is built with
-# Fast DDS where that is installed; elsewhere its test is skipped, unless EVAC_FAST_DDS=required. The
-# tests of security, which take another build, are run with EVAC_SECURITY=required.
+#   (no option)  what every change must pass, in a few minutes
+#   --all        also the long tests: kills, bad networks, interruptions, hostile packets, a full disk,
+#                Fast DDS, security. They need root, g++, strace and the headers of Fast DDS 2 and
+#                OpenSSL. With EVAC_ROS2=required also those beside a sourced ROS 2 Jazzy
+#   --soak       a million steps over a bad network (soak.sh)
+#
+# The peers from PyPI go into a virtual environment, .venv in the repository.
 
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/nodes.sh"
 
-[[ "${1:-}" != -h && "${1:-}" != --help ]] || { usage && exit 0; }
+all=false
+case "${1:-}" in
+    -h | --help) usage && exit 0 ;;
+    --soak) shift && exec "$root/launch_scripts/soak.sh" "$@" ;;
+    --all) shift && all=true ;;
+esac
 cd "$root"
-check_rust
+"$root/launch_scripts/setup.sh"
 command -v python3 >/dev/null ||
-    fail "there is no python3, which the independent DDS peers need: install Python 3.10 or later"
+    fail "python3 not found: install Python 3.10 or later, which the independent DDS peers need"
 
 requirements=tests/peers/requirements.txt
 if ! cmp --silent "$requirements" .venv/requirements.txt; then
@@ -26,24 +35,23 @@ if ! cmp --silent "$requirements" .venv/requirements.txt; then
 fi
 export EVAC_PYTHON="$root/.venv/bin/python"
 
+run_cargo test --workspace "$@"
+run_cargo test --package evac_tests --test corrections "$@"
+[[ "$all" == true ]] || exit 0
+
 # The preprocessor knows whether every header is there, in a version that will do.
 caller=tests/peers/fast_dds/step_caller.cpp
-if g++ -std=c++20 -M "$caller" >/dev/null 2>&1; then
-    peers=$(realpath "${CARGO_TARGET_DIR:-target}")/peers
-    mkdir -p "$peers"
-    g++ -std=c++20 -O2 -Wall -Wextra -o "$peers/step_caller" "$caller" -lfastrtps -lfastcdr -lz
-    export EVAC_FAST_DDS_PEER="$peers/step_caller"
-else
-    missing="no Fast DDS 2 to build a peer with (Debian 12: g++ libfastrtps-dev zlib1g-dev)"
-    [[ "${EVAC_FAST_DDS:-}" != required ]] || fail "$missing"
-    echo "$(basename "$0"): SKIPPED: the services as Fast DDS calls them: $missing" >&2
-fi
+g++ -std=c++20 -M "$caller" >/dev/null 2>&1 ||
+    fail "Fast DDS 2 not found, which a peer is built with (Debian 12: g++ libfastrtps-dev zlib1g-dev)"
+check_openssl
+peers=$(realpath "${CARGO_TARGET_DIR:-target}")/peers
+mkdir -p "$peers"
+g++ -std=c++20 -O2 -Wall -Wextra -o "$peers/step_caller" "$caller" -lfastrtps -lfastcdr -lz
+export EVAC_FAST_DDS_PEER="$peers/step_caller"
 
-run_cargo test --workspace "$@"
-
-if [[ "${EVAC_SECURITY:-}" == required ]]; then
-    check_openssl
-    run_cargo test --workspace --features security --test security "$@"
-else
-    echo "$(basename "$0"): SKIPPED: the tests of security, without EVAC_SECURITY=required" >&2
+long=(fast_dds full_disk hostile interruptions kills network)
+run_cargo test --package evac_tests "${long[@]/#/--test=}" "$@"
+if [[ "${EVAC_ROS2:-}" == required ]]; then
+    run_cargo test --package evac_tests --test ros2 "$@" -- --ignored
 fi
+run_cargo test --package evac_tests --features security --test security "$@"

@@ -12,7 +12,7 @@ use ros_runtime::{Arguments, failure};
 
 /// Learns by deep Dyna-Q, from camera images alone, to drive a robot out of a room.
 #[derive(Parser)]
-#[command(version, after_help = "Options are ROS parameters: --ros-args -p episodes:=100")]
+#[command(version = ros_runtime::version!(), after_help = "Options are ROS parameters: --ros-args -p episodes:=100")]
 struct CommandLine {
     #[command(subcommand)]
     command: Command,

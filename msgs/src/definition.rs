@@ -23,7 +23,7 @@ const OWN: [(&str, &str); 6] = [
 ];
 
 /// The definitions of other packages that Evac needs, as ROS 2 Jazzy has them (common_interfaces,
-/// geometry2 and rcl_interfaces), without comments; each comes after a line with its full name.
+/// geometry2, rcl_interfaces and rmw_dds_common), without comments; each comes after a line with its full name.
 const STANDARD: &str = include_str!("standard_definitions.txt");
 
 /// What stands before a name in [`STANDARD`].

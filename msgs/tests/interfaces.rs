@@ -28,7 +28,7 @@ use serde::de::DeserializeOwned;
 use serde_reflection::{ContainerFormat, Format, Samples, Tracer, TracerConfig};
 
 /// The packages whose messages are types of ros2-client, or are never sent.
-const WITHOUT_RUST_TYPES: [&str; 2] = ["rcl_interfaces", "service_msgs"];
+const WITHOUT_RUST_TYPES: [&str; 3] = ["rcl_interfaces", "service_msgs", "rmw_dds_common"];
 
 /// Name and type of each field.
 type Fields = Vec<(String, FieldType)>;

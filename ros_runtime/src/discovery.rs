@@ -9,7 +9,12 @@ use std::net::Ipv4Addr;
 use rustdds::{DomainParticipant, DomainParticipantBuilder};
 use thiserror::Error;
 
-use crate::security::{EnclaveName, Security, SecurityError};
+#[allow(unused_imports, reason = "the corrected crate has a method of its own")]
+use crate::corrections::Uncorrected;
+use crate::{
+    security::{EnclaveName, Security, SecurityError},
+    types,
+};
 
 /// What the environment says about discovery.
 #[derive(Clone, Debug, PartialEq)]
@@ -103,6 +108,7 @@ impl Discovery {
     /// Joins the domain.
     pub fn participant(&self) -> Result<DomainParticipant, DiscoveryError> {
         let builder = DomainParticipantBuilder::new(self.domain_id);
+        let builder = builder.endpoint_user_data(|_topic, dds_type| types::user_data(dds_type));
         let builder = match self.range {
             Range::Subnet => builder,
             Range::Localhost => builder.with_only_networks([Ipv4Addr::LOCALHOST]),

@@ -8,6 +8,7 @@
 //!   off the command line before the program parses what is its own.
 //! - [`discovery`]: `ROS_DOMAIN_ID`, `ROS_AUTOMATIC_DISCOVERY_RANGE`, `ROS_LOCALHOST_ONLY`: which
 //!   domain a participant joins, and on which networks.
+//! - [`corrections`]: whether RustDDS is the published crate or one with its faults corrected.
 //! - [`security`]: SROS2: with whose keys a participant joins, where the feature of that name is on.
 //! - [`rmw`]: `RMW_IMPLEMENTATION`: how the others map services to DDS.
 //! - [`names`]: relative and private names, namespaces and remapping.
@@ -24,11 +25,12 @@
 //! - [`latency`]: how long a service's answers take.
 //! - [`server`]: a server that a client's death does not silence.
 //! - [`spin`]: waiting without falling asleep at once, which is what a round trip costs most.
-//! - [`shutdown`]: SIGINT and SIGTERM as something that blocking and asynchronous code can ask for.
+//! - [`shutdown`]: SIGINT and SIGTERM as something that blocking and asynchronous code can wait for.
 //! - [`failure`]: a node that fails in one of its threads ends, and none takes all of the memory.
 
 pub mod arguments;
 pub mod clock;
+pub mod corrections;
 pub mod diagnostics;
 pub mod discovery;
 pub mod failure;

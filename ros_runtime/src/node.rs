@@ -27,7 +27,8 @@ use tokio::{runtime::Runtime, sync::watch};
 use crate::{
     arguments::Arguments,
     clock::{Clock, USE_SIM_TIME},
-    diagnostics::Diagnostics,
+    corrections,
+    diagnostics::{Diagnostics, Level, Report},
     discovery::{self, Discovery, DiscoveryError},
     graph::Graph,
     latency::Latencies,
@@ -138,6 +139,9 @@ impl Node {
         let logger = naming.fully_qualified().trim_start_matches('/').replace('/', ".");
         logging::start(&logger, arguments, discovery.security.library_level())?;
         discovery::warn_of_static_peers();
+        if !corrections::is_corrected() {
+            warn!("{}: build again after launch_scripts/setup.sh", corrections::RUSTDDS);
+        }
         let parameters = Parameters::new(&naming, arguments)?;
         let clock = Clock::declare(&parameters)?;
         let types = Types::declare(&parameters)?;
@@ -169,6 +173,7 @@ impl Node {
         logging::publish_to(node.logging_handle());
         let node = SharedNode::new(node, rmw.service_mapping());
         let diagnostics = Diagnostics::default();
+        diagnostics.add("DDS", dds_report);
         Ok(Node { runtime, node, naming, parameters, clock, diagnostics, graph, types, shutdown })
     }
 
@@ -372,6 +377,13 @@ impl Drop for Node {
     fn drop(&mut self) {
         logging::stop_publishing();
     }
+}
+
+/// The build of RustDDS, which decides what the node withstands.
+fn dds_report() -> Report {
+    let level = if corrections::is_corrected() { Level::Ok } else { Level::Warn };
+    let values = vec![("corrections", corrections::corrections().count().to_string())];
+    Report { level, message: corrections::RUSTDDS.to_owned(), values }
 }
 
 fn endpoint<E: std::fmt::Display>(what: &str) -> impl FnOnce(E) -> NodeError {

@@ -29,6 +29,23 @@ enum Refusal {
     OtherHash { hash: String, expected: String, name: String },
 }
 
+/// What discovery announces with an endpoint of this DDS type, such as
+/// `sensor_msgs::msg::dds_::Image_`: the type's hash, as Jazzy's rmw_dds_common writes it. Nothing for
+/// a type without a definition.
+pub(crate) fn user_data(dds_type: &str) -> Vec<u8> {
+    let description = ros_name(dds_type).and_then(|name| TypeDescription::of(&name));
+    description.map_or_else(Vec::new, |description| {
+        format!("typehash={};", description.hash()).into_bytes()
+    })
+}
+
+/// The full name of a type, such as `sensor_msgs/msg/Image` or `evac_msgs/srv/Step_Request`, by its name
+/// in DDS.
+fn ros_name(dds_type: &str) -> Option<String> {
+    let (package, name) = dds_type.split_once("::dds_::")?;
+    Some(format!("{}/{}", package.replace("::", "/"), name.strip_suffix('_')?))
+}
+
 /// The types that a node uses; a cheap handle that can be shared.
 #[derive(Clone, Default)]
 pub(crate) struct Types {
@@ -105,6 +122,27 @@ mod tests {
         let (type_name, type_hash) = (name.to_owned(), hash.to_owned());
         let request = Request { type_name, type_hash, include_type_sources };
         types.describe(request).map_err(|refusal| refusal.to_string())
+    }
+
+    #[test]
+    fn discovery_announces_the_hash_of_a_message() {
+        let hash = |name: &str| {
+            format!("typehash={};", TypeDescription::of(name).unwrap().hash()).into_bytes()
+        };
+        for (dds_type, name) in [
+            ("sensor_msgs::msg::dds_::Image_", "sensor_msgs/msg/Image"),
+            ("evac_msgs::srv::dds_::Step_Request_", "evac_msgs/srv/Step_Request"),
+            ("evac_msgs::srv::dds_::Step_Response_", "evac_msgs/srv/Step_Response"),
+            (
+                "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_",
+                "rmw_dds_common/msg/ParticipantEntitiesInfo",
+            ),
+        ] {
+            assert_eq!(user_data(dds_type), hash(name), "{dds_type}");
+        }
+        for unknown in ["", "Image", "nobody::msg::dds_::Knows_", "sensor_msgs::msg::dds_::Image"] {
+            assert_eq!(user_data(unknown), b"", "{unknown}");
+        }
     }
 
     #[test]

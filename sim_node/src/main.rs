@@ -13,7 +13,7 @@ use sim_node::{
 
 /// A room with a robot that has a 20x7 camera: serves reset and step, publishes what the robot sees.
 #[derive(Parser)]
-#[command(version, after_help = "Options are ROS parameters: --ros-args -p scenario:=concave")]
+#[command(version = ros_runtime::version!(), after_help = "Options are ROS parameters: --ros-args -p scenario:=concave")]
 struct CommandLine {
     #[command(subcommand)]
     command: Option<Command>,

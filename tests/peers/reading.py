@@ -27,25 +27,25 @@ class Participant:
         self.domain_id = int(os.environ.get("ROS_DOMAIN_ID", "0"))
         # Kept until the end: the configuration ends with the object.
         self._domain = Domain(self.domain_id, LOOPBACK_ONLY)
-        self._participant = DomainParticipant(self.domain_id)
+        self.participant = DomainParticipant(self.domain_id)
 
     def reader(
         self, topic: str, kind: type[Sample], reliability: Policy = RELIABLE, prefix: str = "rt"
     ) -> DataReader[Sample]:
         """A reader of a topic, by its ROS name; without the prefix, by its name in DDS."""
         qos = Qos(reliability, Policy.History.KeepAll)
-        named = Topic(self._participant, f"{prefix}{topic}", kind)
-        return DataReader(self._participant, named, qos)
+        named = Topic(self.participant, f"{prefix}{topic}", kind)
+        return DataReader(self.participant, named, qos)
 
     def writer(self, topic: str, kind: type[Sample]) -> DataWriter[Sample]:
         """A reliable writer of a topic, by its name in DDS."""
         qos = Qos(RELIABLE, Policy.History.KeepAll)
-        return DataWriter(self._participant, Topic(self._participant, topic, kind), qos)
+        return DataWriter(self.participant, Topic(self.participant, topic, kind), qos)
 
     def samples(self, reader: DataReader[Sample], timeout_s: float) -> Iterator[Sample]:
         """What comes to a reader within a time."""
         new = ReadCondition(reader, ViewState.Any | InstanceState.Any | SampleState.NotRead)
-        waiting = WaitSet(self._participant)
+        waiting = WaitSet(self.participant)
         waiting.attach(new)
         deadline = time.monotonic() + timeout_s
         while (remaining_s := deadline - time.monotonic()) > 0:

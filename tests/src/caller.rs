@@ -1,6 +1,6 @@
 //! What a peer that calls the services must find.
 
-use std::{num::NonZeroU64, process::Command};
+use std::{num::NonZeroU64, path::PathBuf, process::Command};
 
 use agent_node::{
     environment::Environment,
@@ -13,6 +13,13 @@ use crate::{Nodes, PATIENCE, Room};
 
 /// How many steps a caller of the services takes.
 const STEPS: u64 = 1000;
+
+/// The peer with Fast DDS that `launch_scripts/test.sh --all` builds.
+pub fn fast_dds_peer() -> PathBuf {
+    std::env::var_os("EVAC_FAST_DDS_PEER")
+        .expect("EVAC_FAST_DDS_PEER names the peer: run launch_scripts/test.sh --all")
+        .into()
+}
 
 /// Has a peer take [`STEPS`] steps with the actions 1, 2, ... 6, 0, ...; an episode that is over is
 /// followed by one with the next seed, from 1. All must be as by world and camera alone.

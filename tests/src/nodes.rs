@@ -51,9 +51,6 @@ pub fn binary(name: &str) -> PathBuf {
         for (name, _) in std::env::vars().filter(|(name, _)| is_of_a_package(name)) {
             build.env_remove(name);
         }
-        if let Some(rustdds) = corrected_rustdds() {
-            build.args(["--config", &format!("paths = ['{rustdds}']")]);
-        }
         if cfg!(feature = "security") {
             build.args(["--features", "security"]);
         }
@@ -62,12 +59,6 @@ pub fn binary(name: &str) -> PathBuf {
         directory
     });
     directory.join(name)
-}
-
-/// RustDDS with the corrections that the scripts build with, which this process was then built with,
-/// too.
-pub fn corrected_rustdds() -> Option<String> {
-    std::env::var("EVAC_RUSTDDS").ok()
 }
 
 /// A node's arguments.
@@ -295,9 +286,14 @@ impl Nodes {
         process.child.wait().expect("the node is our child");
     }
 
+    /// The number of a node's process.
+    pub fn process_id(&mut self, name: &str) -> u32 {
+        self.process(name).child.id()
+    }
+
     /// Sends a signal, such as `INT`.
     pub fn signal(&mut self, name: &str, signal: &str) {
-        let pid = self.process(name).child.id().to_string();
+        let pid = self.process_id(name).to_string();
         let sent = Command::new("kill").args(["-s", signal, &pid]).status();
         assert!(sent.expect("kill runs").success());
     }

@@ -72,33 +72,22 @@ pub struct Packets {
     random: ChaCha8Rng,
     senders: Vec<Endpoint>,
     receivers: Vec<Endpoint>,
-    largest: i64,
-    are_damaged: bool,
 }
 
 impl Packets {
-    /// Packets as if from one of the senders to one of the receivers, with no sequence number and no
-    /// size greater than `largest`. Damaged ones have wrong bits besides, and say more.
-    pub fn new(
-        seed: u64,
-        senders: &[Endpoint],
-        receivers: &[Endpoint],
-        largest: i64,
-        are_damaged: bool,
-    ) -> Packets {
+    /// Packets as if from one of the senders to one of the receivers, some of them damaged.
+    pub fn new(seed: u64, senders: &[Endpoint], receivers: &[Endpoint]) -> Packets {
         Packets {
             random: ChaCha8Rng::seed_from_u64(seed),
             senders: senders.to_vec(),
             receivers: receivers.to_vec(),
-            largest,
-            are_damaged,
         }
     }
 
     /// Another packet.
     pub fn draw(&mut self) -> Vec<u8> {
         let mut sender = self.pick(&self.senders.clone());
-        if self.are_damaged && self.random.random_bool(0.2) {
+        if self.random.random_bool(0.2) {
             // Nobody knows this one.
             self.random.fill_bytes(&mut sender[..12]);
         }
@@ -110,7 +99,7 @@ impl Packets {
         match self.random.random_range(0..8) {
             0 => packet.truncate(self.random.random_range(0..=packet.len())),
             // A place in the network stays this machine.
-            1..=3 if self.are_damaged && is_open => {
+            1..=3 if is_open => {
                 for _ in 0..self.random.random_range(1..=3) {
                     let place = self.random.random_range(0..packet.len());
                     packet[place] ^= 1 << self.random.random_range(0..8);
@@ -216,8 +205,8 @@ impl Packets {
             _ => self.append_noise(&mut body, 12),
         }
         let length = match self.random.random_range(0..20) {
-            0 if self.are_damaged => self.random.random(),
-            1 if self.are_damaged => 0,
+            0 => self.random.random(),
+            1 => 0,
             _ => body.len() as u16,
         };
         append_header(packet, kind, flags, length);
@@ -244,7 +233,7 @@ impl Packets {
 
     /// A sequence number: mostly one that may be.
     fn append_number(&mut self, body: &mut Vec<u8>) {
-        let most = self.largest;
+        let most = i64::MAX;
         let number = match self.random.random_range(0..4) {
             0 => self.pick(&[0, -1, i64::MIN, i64::MIN + 1, most, most - 1]),
             _ => self.random.random_range(0..=most.min(100)),
@@ -255,7 +244,7 @@ impl Packets {
 
     /// A size, or the number of a fragment.
     fn append_size(&mut self, body: &mut Vec<u8>) {
-        let most = u32::try_from(self.largest).unwrap_or(u32::MAX);
+        let most = u32::MAX;
         let size = match self.random.random_range(0..4) {
             0 => self.pick(&[most, most - 1, most / 2, 1, 0]),
             _ => self.random.random_range(1..=most.min(2000)),
@@ -319,7 +308,7 @@ impl Packets {
             }
             body.extend(self.pick(&PARAMETERS).to_le_bytes());
             let length = 4 * self.random.random_range(0..8u16);
-            let is_wrong = self.are_damaged && self.random.random_bool(0.05);
+            let is_wrong = self.random.random_bool(0.05);
             let said = if is_wrong { self.small() } else { length };
             body.extend(said.to_le_bytes());
             let text_length = self.pick(&[0, 1, 4, u32::from(length), 1 << 31, u32::MAX]);

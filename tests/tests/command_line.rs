@@ -3,6 +3,7 @@
 use std::fs;
 
 use evac_tests::{Nodes, binary};
+use ros_runtime::corrections::is_corrected;
 
 /// What a node says, and that it says it in one line.
 fn complaint(nodes: &Nodes, name: &str, arguments: &[&str]) -> String {
@@ -42,6 +43,22 @@ fn wrong_parameters_and_arguments() {
         let line = complaint(&nodes, "sim_node", &[&["--ros-args"], arguments].concat());
         assert!(line.starts_with("sim_node: ") && line.contains(expected), "{line}");
     }
+}
+
+#[test]
+fn the_version_and_the_start_tell_whether_rustdds_is_corrected() {
+    let mut nodes = Nodes::new();
+    let word = if is_corrected() { "(corrected)" } else { "(uncorrected)" };
+    for name in ["sim_node", "agent_node"] {
+        let (status, version, _) = nodes.run(nodes.command(binary(name)).arg("--version"));
+        assert!(status.success());
+        assert_eq!(version.trim(), format!("{name} 0.1.0, RustDDS 0.15.1 {word}"));
+    }
+    nodes.start_simulator(&[]);
+    nodes.wait_for_log("sim_node", "the room is open");
+    let log = nodes.log("sim_node");
+    let is_warned = log.lines().any(|line| line.contains("[WARN]") && line.contains(word));
+    assert_eq!(is_warned, !is_corrected(), "{log}");
 }
 
 /// It does not start less secure than somebody wants it.

@@ -1,5 +1,5 @@
 //! Packets and messages of somebody who means harm, thrown at the nodes while a training runs: it ends as
-//! if nothing had been.
+//! if nothing had been. These tests need a corrected build.
 
 use std::{path::Path, time::Duration};
 
@@ -8,11 +8,9 @@ use evac_msgs::{ActionCommand, Image, reset, step};
 use evac_tests::{
     Nodes, Outcome, PATIENCE,
     attacker::{Attacker, Liar},
-    corrected_rustdds,
     packets::{DATA_FRAG, Endpoint, GAP, HEARTBEAT, NACK_FRAG, Packets, packet},
-    skip,
 };
-use ros_runtime::{node::reliable, security::Security};
+use ros_runtime::{corrections::is_corrected, node::reliable, security::Security};
 use rustdds::{RepresentationIdentifier, serialization::to_writer_with_rep_id};
 use serde::Serialize;
 
@@ -32,6 +30,10 @@ struct Scene {
 impl Scene {
     /// The simulator is the domain's first node, the attacker its second.
     fn new(episodes: u32) -> Scene {
+        assert!(
+            is_corrected(),
+            "RustDDS is uncorrected: run launch_scripts/setup.sh and build again"
+        );
         let mut nodes = Nodes::new();
         nodes.start_simulator(&[&format!("max_steps:={MAX_STEPS}")]);
         nodes.wait_for_log("sim_node", "the room is open");
@@ -93,10 +95,7 @@ fn packets_that_say_nonsense_disturb_nobody() {
     scene.start_training();
     scene.nodes.wait_for_steps(1);
     let (own, others) = (scene.attacker.own(), scene.attacker.others());
-    // RustDDS as it is takes as much memory as they say.
-    let is_corrected = corrected_rustdds().is_some();
-    let largest = if is_corrected { i64::MAX } else { 10_000 };
-    let mut packets = Packets::new(1, own, others, largest, is_corrected);
+    let mut packets = Packets::new(1, own, others);
     for _ in 0..PACKETS / 50 {
         (0..50).for_each(|_| scene.attacker.throw(&packets.draw(), 4));
         scene.assert_sound("sim_node");
@@ -199,10 +198,6 @@ fn greedy_packets(attacker: &Attacker) -> Vec<Vec<u8>> {
 
 #[test]
 fn packets_that_speak_of_gigabytes_disturb_nobody() {
-    if corrected_rustdds().is_none() {
-        skip("RustDDS as it is ends by them: run launch_scripts/test.sh");
-        return;
-    }
     let mut scene = Scene::new(300);
     let _liars = befriend(&mut scene.attacker);
     scene.start_training();
@@ -220,10 +215,6 @@ fn packets_that_speak_of_gigabytes_disturb_nobody() {
 fn participants_that_there_are_not_are_forgotten() {
     const SUBMESSAGE_OF_NOBODY: u8 = 0x80;
     const MOST_GROWTH_MB: f64 = 10.0;
-    if corrected_rustdds().is_none() {
-        skip("RustDDS as it is forgets none: run launch_scripts/test.sh");
-        return;
-    }
     let mut scene = Scene::new(12);
     let before = scene.nodes.memory_mb("sim_node");
     for participant in 0..100_000u32 {

@@ -1,18 +1,17 @@
 //! The two nodes on two hosts, and a network between them that loses, repeats, delays and reorders.
 //!
-//! These tests need root, Linux's TAP devices, util-linux and iproute2; where one of them is not there
-//! they say so and pass.
+//! These tests need a corrected build, root, Linux's TAP devices, util-linux and iproute2.
 
 use std::{path::Path, time::Duration};
 
 use agent_node::learning::{settings::Preset, training::Plan};
 use evac_tests::{
-    Nodes, Outcome, PATIENCE, corrected_rustdds,
+    Nodes, Outcome, PATIENCE,
     network::{Faults, Network},
-    skip,
 };
 use ros_runtime::{
     Arguments, Node,
+    corrections::is_corrected,
     discovery::{Discovery, Range},
     parameters::{ParameterClient, ParameterValue},
     security::Security,
@@ -22,12 +21,10 @@ const TRAINING: Duration = Duration::from_secs(900);
 const MAX_STEPS: u32 = 60;
 const SEED: u64 = 5;
 
-fn network(faults: Faults) -> Option<Network> {
-    if let Err(reason) = Network::is_possible() {
-        skip(&format!("no network of our own on this machine: {reason}"));
-        return None;
-    }
-    Some(Network::new(faults, 1).expect("two hosts"))
+fn network(faults: Faults) -> Network {
+    assert!(is_corrected(), "RustDDS is uncorrected: run launch_scripts/setup.sh and build again");
+    Network::is_possible().expect("a network of our own");
+    Network::new(faults, 1).expect("two hosts")
 }
 
 fn train(nodes: &mut Nodes, network: &Network, out: &Path, episodes: u32) {
@@ -53,7 +50,7 @@ fn undisturbed(nodes: &Nodes, episodes: u32) -> Outcome {
 
 /// Trains over such a network; the result must be that of the undisturbed training, to the bit.
 fn assert_trains_over(faults: Faults, episodes: u32, least_steps: u64) {
-    let Some(network) = network(faults) else { return };
+    let network = network(faults);
     let mut nodes = Nodes::new();
     let out = nodes.path("run");
     train(&mut nodes, &network, &out, episodes);
@@ -90,7 +87,7 @@ fn each_packet_is_delayed_by_up_to_a_fifth_of_a_second() {
 #[test]
 fn a_training_goes_on_after_ten_seconds_without_a_network() {
     const EPISODES: u32 = 100;
-    let Some(network) = network(Faults::default()) else { return };
+    let network = network(Faults::default());
     let mut nodes = Nodes::new();
     let out = nodes.path("run");
     train(&mut nodes, &network, &out, EPISODES);
@@ -110,11 +107,7 @@ fn a_training_goes_on_after_ten_seconds_without_a_network() {
 
 #[test]
 fn an_answer_that_takes_several_packets_comes() {
-    if corrected_rustdds().is_none() {
-        skip("RustDDS as it is cannot send it: run launch_scripts/test.sh");
-        return;
-    }
-    let Some(network) = network(Faults::default()) else { return };
+    let network = network(Faults::default());
     let mut nodes = Nodes::new();
     let [here, there] = network.hosts();
     let out = format!("out:='{}'", nodes.path("run").display());
@@ -143,7 +136,7 @@ fn an_answer_that_takes_several_packets_comes() {
 fn a_policy_drives_although_a_fifth_of_the_packets_is_lost() {
     const EPISODES: usize = 10;
     let faults = Faults { loss: 0.2, ..Faults::default() };
-    let Some(network) = network(faults) else { return };
+    let network = network(faults);
     let mut nodes = Nodes::new();
     let model = nodes.path("run");
     nodes.start_simulator(&[]);

@@ -1,13 +1,16 @@
 //! Images and services, and what nodes say of themselves, as a stock ROS 2 tool meets them: by
-//! CycloneDDS and Fast DDS, independent implementations.
+//! CycloneDDS, an independent implementation.
 
 use std::{
     io::{BufRead, BufReader},
     process::Stdio,
 };
 
-use evac_tests::{Nodes, PATIENCE, assert_calls_the_services, skip};
-use ros_runtime::parameters::{ParameterClient, ParameterValue};
+use evac_tests::{Nodes, PATIENCE, assert_calls_the_services};
+use ros_runtime::{
+    corrections::is_corrected,
+    parameters::{ParameterClient, ParameterValue},
+};
 
 const FRAMES: u64 = 50;
 
@@ -57,7 +60,7 @@ fn cyclone_dds_hears_diagnostics_and_parameter_events() {
         serde_json::from_str(&lines.next().expect("a report")).expect("JSON");
     assert!(watcher.wait().expect("it is our child").success());
     let expected = serde_json::json!({
-        "parts": { "camera": 0, "room": 0 }, "changed": ["concave"],
+        "parts": { "DDS": u8::from(!is_corrected()), "camera": 0, "room": 0 }, "changed": ["concave"],
     });
     assert_eq!(report, expected);
 }
@@ -83,17 +86,4 @@ fn cyclone_dds_calls_the_services_as_its_rmw_maps_them() {
     nodes.set_variable("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp");
     nodes.start_simulator(&[]);
     assert_calls_the_services(&nodes, nodes.peer("service_caller.py"));
-}
-
-#[test]
-fn fast_dds_calls_the_services_as_its_rmw_maps_them() {
-    // There is no Fast DDS in PyPI, so this peer is not everywhere.
-    let Some(caller) = std::env::var_os("EVAC_FAST_DDS_PEER") else {
-        skip("no EVAC_FAST_DDS_PEER: launch_scripts/test.sh builds it if it can");
-        return;
-    };
-    let mut nodes = Nodes::new();
-    nodes.set_variable("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp");
-    nodes.start_simulator(&[]);
-    assert_calls_the_services(&nodes, nodes.command(caller));
 }

@@ -1,7 +1,7 @@
-//! What one types beside the nodes on a machine with ROS 2: the `ros2` command on the PATH, its
-//! environment sourced. Elsewhere these tests say that they are skipped.
+//! What a user types beside the nodes on a machine with ROS 2.
 //!
-//! What needs `evac_msgs` or the packages of a workspace is skipped where these are not built.
+//! These tests need a sourced ROS 2 Jazzy and a sourced workspace with the packages of this repository:
+//! `EVAC_ROS2=required launch_scripts/test.sh --all` runs them.
 
 use std::{
     fs,
@@ -11,7 +11,7 @@ use std::{
 };
 
 use evac_msgs::{ActionCommand, EpisodeStatus, Header, Image, RosMessage, geometry_msgs::Twist};
-use evac_tests::{Nodes, PATIENCE, repository, skip};
+use evac_tests::{Nodes, PATIENCE, repository};
 use ros_runtime::node::{Node, Subscription, reliable};
 use tokio::time::timeout;
 
@@ -23,16 +23,6 @@ fn ros2(nodes: &Nodes, words: &str) -> Command {
     let mut command = nodes.command("ros2");
     command.args(words.split(' '));
     command
-}
-
-/// Whether a command of `ros2` succeeds here; if not, the test is skipped, aloud.
-fn is_there(nodes: &Nodes, words: &str) -> bool {
-    let status = ros2(nodes, words).stdout(Stdio::null()).stderr(Stdio::null()).status();
-    let is_there = status.is_ok_and(|status| status.success());
-    if !is_there {
-        skip(&format!("`ros2 {words}` does not succeed here"));
-    }
-    is_there
 }
 
 /// What `ros2` prints, which must come to an end well.
@@ -58,27 +48,25 @@ fn output_with(nodes: &Nodes, words: &str, expected: &[&str]) -> String {
     }
 }
 
-/// A simulator that is watched, by the command that is there.
-fn simulator() -> Option<Nodes> {
+/// A simulator that publishes images by itself.
+fn simulator() -> Nodes {
     let mut nodes = Nodes::new();
-    if !is_there(&nodes, "topic list --no-daemon") {
-        return None;
-    }
     nodes.start_simulator(&SIMULATOR);
-    Some(nodes)
+    nodes
 }
 
 /// Beside it an agent that trains.
-fn training() -> Option<Nodes> {
-    let mut nodes = simulator()?;
+fn training() -> Nodes {
+    let mut nodes = simulator();
     let out = format!("out:='{}'", nodes.path("run").display());
     nodes.start_agent("train", &["episodes:=100000", &out]);
-    Some(nodes)
+    nodes
 }
 
 #[test]
+#[ignore = "needs ROS 2: EVAC_ROS2=required launch_scripts/test.sh --all"]
 fn topics_are_listed_heard_and_described() {
-    let Some(nodes) = training() else { return };
+    let nodes = training();
     let topics = [
         "/camera/image [sensor_msgs/msg/Image]",
         "/camera/camera_info [sensor_msgs/msg/CameraInfo]",
@@ -110,8 +98,9 @@ fn topics_are_listed_heard_and_described() {
 }
 
 #[test]
+#[ignore = "needs ROS 2: EVAC_ROS2=required launch_scripts/test.sh --all"]
 fn rviz_is_set_up_for_topics_that_are_published() {
-    let Some(nodes) = simulator() else { return };
+    let nodes = simulator();
     let file = repository().join("launch_scripts/rviz/evac.rviz");
     let settings = std::fs::read_to_string(file).expect("the configuration of RViz");
     let values = settings.lines().filter_map(|line| line.trim().strip_prefix("Value: "));
@@ -121,47 +110,9 @@ fn rviz_is_set_up_for_topics_that_are_published() {
 }
 
 #[test]
-fn colcon_knows_every_package() {
-    let nodes = Nodes::new();
-    let colcon = |words: &[&str]| {
-        let mut command = nodes.command("colcon");
-        // What colcon leaves lies where it was called.
-        command.arg("--log-base").arg(nodes.path("log")).args(words);
-        command.args(["--base-paths", repository().to_str().expect("a path in Unicode")]);
-        command
-    };
-    let help = Command::new("colcon").arg("--help").stdout(Stdio::null()).status();
-    if !help.is_ok_and(|status| status.success()) {
-        skip("there is no colcon here");
-        return;
-    }
-    let packages = output(&nodes, &mut colcon(&["list"]));
-    for (name, kind) in [
-        ("agent_node", "ament_cargo"),
-        ("sim_node", "ament_cargo"),
-        ("evac_msgs", "ament_cmake"),
-        ("evac_bringup", "ament_cmake"),
-    ] {
-        let is_it = |line: &str| line.starts_with(&format!("{name}\t")) && line.contains(kind);
-        assert!(packages.lines().any(is_it), "{name} is no {kind}: {packages}");
-    }
-    if !is_there(&nodes, "topic list --no-daemon") {
-        return;
-    }
-    // The one that is quickly built; the others take what the nodes take.
-    let (build, install) = (nodes.path("build"), nodes.path("install"));
-    let mut command = colcon(&["build", "--packages-select", "evac_bringup"]);
-    command.arg("--build-base").arg(build).arg("--install-base").arg(&install);
-    output(&nodes, &mut command);
-    let share = install.join("evac_bringup/share/evac_bringup");
-    for file in ["launch/train.launch.py", "launch/drive.launch.py", "rviz/evac.rviz"] {
-        assert!(share.join(file).exists(), "{file} is not installed");
-    }
-}
-
-#[test]
+#[ignore = "needs ROS 2: EVAC_ROS2=required launch_scripts/test.sh --all"]
 fn the_rate_of_the_images_is_measured() {
-    let Some(nodes) = simulator() else { return };
+    let nodes = simulator();
     // It has no end of its own.
     let log = nodes.path("rate");
     let mut hz = ros2(&nodes, "topic hz /camera/image")
@@ -184,8 +135,9 @@ fn the_rate_of_the_images_is_measured() {
 }
 
 #[test]
+#[ignore = "needs ROS 2: EVAC_ROS2=required launch_scripts/test.sh --all"]
 fn node_info_lists_what_is_there() {
-    let Some(nodes) = training() else { return };
+    let nodes = training();
     let info = output_with(
         &nodes,
         "node info --no-daemon /sim_node",
@@ -243,8 +195,9 @@ fn node_info_lists_what_is_there() {
 }
 
 #[test]
+#[ignore = "needs ROS 2: EVAC_ROS2=required launch_scripts/test.sh --all"]
 fn parameters_are_listed_described_and_set() {
-    let Some(nodes) = simulator() else { return };
+    let nodes = simulator();
     output_with(&nodes, "param list --no-daemon /sim_node", &["scenario", "max_steps"]);
     output_with(&nodes, "param get --no-daemon /sim_node scenario", &["String value is: empty"]);
     output_with(
@@ -268,11 +221,9 @@ fn parameters_are_listed_described_and_set() {
 }
 
 #[test]
+#[ignore = "needs ROS 2: EVAC_ROS2=required launch_scripts/test.sh --all"]
 fn services_are_called() {
-    let Some(nodes) = simulator() else { return };
-    if !is_there(&nodes, "interface show evac_msgs/srv/Step") {
-        return;
-    }
+    let nodes = simulator();
     let call = |nodes: &Nodes, words: &str, request: &str| {
         output(nodes, ros2(nodes, &format!("service call {words}")).arg(request))
     };
@@ -285,11 +236,9 @@ fn services_are_called() {
 }
 
 #[test]
+#[ignore = "needs ROS 2: EVAC_ROS2=required launch_scripts/test.sh --all"]
 fn a_training_is_recorded_and_played_again() {
-    let Some(mut nodes) = training() else { return };
-    if !is_there(&nodes, "bag --help") {
-        return;
-    }
+    let mut nodes = training();
     let bag = nodes.path("bag");
     let bag = bag.to_str().expect("a path in Unicode");
     let mut recorder = ros2(&nodes, "bag record --output")
@@ -323,11 +272,9 @@ fn a_training_is_recorded_and_played_again() {
 }
 
 #[test]
+#[ignore = "needs ROS 2: EVAC_ROS2=required launch_scripts/test.sh --all"]
 fn the_pair_is_launched() {
     let nodes = Nodes::new();
-    if !is_there(&nodes, "pkg prefix agent_node") {
-        return;
-    }
     for file in ["train.launch.py", "train.launch.xml"] {
         let out = nodes.path(file);
         let file = repository().join("launch_scripts/launch").join(file);
@@ -360,11 +307,9 @@ fn launched_agent(launch: &Child, others: &[String]) -> String {
 }
 
 #[test]
+#[ignore = "needs ROS 2: EVAC_ROS2=required launch_scripts/test.sh --all"]
 fn a_launched_agent_that_fails_goes_on_with_its_training() {
     let nodes = Nodes::new();
-    if !is_there(&nodes, "pkg prefix agent_node") {
-        return;
-    }
     let out = nodes.path("run");
     let file = repository().join("launch_scripts/launch/train.launch.xml");
     let mut launch = ros2(&nodes, "launch")
@@ -395,11 +340,9 @@ fn a_launched_agent_that_fails_goes_on_with_its_training() {
 }
 
 #[test]
+#[ignore = "needs ROS 2: EVAC_ROS2=required launch_scripts/test.sh --all"]
 fn a_trained_model_is_launched_to_drive() {
     let mut nodes = Nodes::new();
-    if !is_there(&nodes, "pkg prefix evac_bringup") {
-        return;
-    }
     let model = nodes.path("run");
     let out = format!("out:='{}'", model.display());
     nodes.start_simulator(&[]);
@@ -426,22 +369,18 @@ fn example(nodes: &Nodes, name: &str) -> Command {
     command
 }
 
-/// A simulator beside which an example may run.
-fn example_room() -> Option<Nodes> {
-    let nodes = simulator()?;
-    is_there(&nodes, "interface show evac_msgs/srv/Step").then_some(nodes)
-}
-
 #[test]
+#[ignore = "needs ROS 2: EVAC_ROS2=required launch_scripts/test.sh --all"]
 fn the_room_is_stepped_by_hand() {
-    let Some(nodes) = example_room() else { return };
+    let nodes = simulator();
     let text = output(&nodes, &mut example(&nodes, "room.py"));
     assert!(text.contains("step 1: action "), "{text}");
 }
 
 #[test]
+#[ignore = "needs ROS 2: EVAC_ROS2=required launch_scripts/test.sh --all"]
 fn the_keys_drive_the_robot() {
-    let Some(nodes) = example_room() else { return };
+    let nodes = simulator();
     let watcher = nodes.client();
     let statuses = watcher.create_subscription("episode", reliable(100)).expect("a subscription");
     // It wants a terminal, which `script` is to it; that takes a line for a shell, as which a command
@@ -476,8 +415,9 @@ fn the_keys_drive_the_robot() {
 }
 
 #[test]
+#[ignore = "needs ROS 2: EVAC_ROS2=required launch_scripts/test.sh --all"]
 fn the_bridge_shrinks_images_and_moves_the_robot() {
-    let Some(nodes) = example_room() else { return };
+    let nodes = simulator();
     // The simulator's camera is the robot's: its small images are those that the bridge makes of them.
     let mut bridge = example(&nodes, "robot_bridge.py")
         .args(["--ros-args", "-p", "use_sim_time:=true"])

@@ -9,7 +9,9 @@ use std::{
 
 use agent_node::learning::{settings::Preset, training::Plan};
 use evac_msgs::{ActionCommand, Reset, Step, reset, sensor_msgs::Image, step};
-use evac_tests::{Nodes, Outcome, PATIENCE, assert_calls_the_services, binary, repository, skip};
+use evac_tests::{
+    Nodes, Outcome, PATIENCE, assert_calls_the_services, binary, fast_dds_peer, repository,
+};
 use ros_runtime::{Node, node::reliable, security::Security};
 
 /// A domain in which everybody should have keys.
@@ -187,11 +189,7 @@ fn cyclone_dds_without_keys_sees_nothing_and_reaches_nobody() {
 
 #[test]
 fn fast_dds_steps_with_permission_and_not_without() {
-    // There is no Fast DDS in PyPI, so this peer is not everywhere.
-    let Some(peer) = std::env::var_os("EVAC_FAST_DDS_PEER") else {
-        skip("no EVAC_FAST_DDS_PEER: launch_scripts/test.sh builds it if it can");
-        return;
-    };
+    let peer = fast_dds_peer();
     let mut secured = Secured::new();
     secured.nodes.set_variable("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp");
     secured.start_simulator(&[]);

@@ -1,18 +1,14 @@
 //! Trainings by the real nodes: the same to the byte however they are run, stopped or disturbed.
 
 use std::{
-    fs, io,
-    path::{Path, PathBuf},
-    process::Command,
+    fs,
+    path::Path,
     time::{Duration, Instant},
 };
 
-use agent_node::learning::{
-    settings::Preset,
-    training::{Plan, Training},
-};
+use agent_node::learning::{settings::Preset, training::Plan};
 use evac_msgs::{ActionCommand, EpisodeStatus, QValues, Time, TrainingStatus};
-use evac_tests::{Nodes, Outcome, PATIENCE, skip};
+use evac_tests::{Nodes, Outcome, PATIENCE};
 use ros_runtime::{
     node::reliable,
     parameters::{ParameterClient, ParameterValue},
@@ -245,53 +241,6 @@ fn a_training_that_is_stopped_goes_on_as_if_it_had_not_been() {
     Outcome::left_in(&out).assert_is(&in_process("one_moving", 1, &nodes.path("here")));
 }
 
-/// A disk of 20 MB in memory, until this value is dropped.
-struct Disk(PathBuf);
-
-impl Disk {
-    /// None where one must not mount any.
-    fn mounted_on(place: &Path) -> Option<Disk> {
-        let mut mount = Command::new("mount");
-        mount.args(["-t", "tmpfs", "-o", "size=20m", "tmpfs"]).arg(place);
-        let is_mounted = mount.output().is_ok_and(|output| output.status.success());
-        is_mounted.then(|| Disk(place.to_owned()))
-    }
-}
-
-impl Drop for Disk {
-    fn drop(&mut self) {
-        // At once, whoever still has a file there.
-        let _ = Command::new("umount").arg("--lazy").arg(&self.0).status();
-    }
-}
-
-#[test]
-fn a_training_goes_on_while_the_disk_is_full() {
-    let place = tempfile::tempdir().expect("a directory");
-    let Some(_disk) = Disk::mounted_on(place.path()) else {
-        skip("no disk of our own here: it needs root and Linux");
-        return;
-    };
-    let (out, ballast) = (place.path().join("run"), place.path().join("ballast"));
-    let mut nodes = Nodes::new();
-    // In real time, so that the training has not ended when there is room again.
-    nodes.start_simulator(&[&format!("max_steps:={MAX_STEPS}"), "motion_time:=0.01"]);
-    start_agent(&mut nodes, &out, "empty", &["checkpoint_interval:=1"]);
-    nodes.wait_for_steps(30);
-    let mut file = fs::File::create(&ballast).expect("a file");
-    let error = io::copy(&mut io::repeat(0), &mut file).expect_err("a disk of 20 MB");
-    assert_eq!(error.kind(), io::ErrorKind::StorageFull);
-    nodes.wait_for_log("agent_node", "No space left on device");
-    nodes.wait_for_log("agent_node", "the training goes on, and is saved again later");
-    drop(file);
-    fs::remove_file(ballast).expect("it is there");
-    nodes.succeed("agent_node", TRAINING);
-    Outcome::left_in(&out).assert_is(&in_process("empty", 1, &nodes.path("here")));
-    let checkpoint = out.join("checkpoint.safetensors");
-    let saved = Training::load(&checkpoint, plan("empty", 1), Preset::default().settings());
-    assert_eq!(saved.expect("a checkpoint").episode(), EPISODES);
-}
-
 #[test]
 fn an_agent_whose_episode_is_replaced_stops_with_an_error() {
     let mut nodes = Nodes::new();
@@ -375,36 +324,7 @@ fn a_pair_in_a_namespace_meets_there_and_its_config_is_complete() {
 }
 
 #[test]
-fn a_simulator_that_was_stopped_and_continued_says_so_and_ends() {
-    let mut nodes = Nodes::new();
-    let out = nodes.path("run");
-    start_simulator(&mut nodes);
-    start_agent(&mut nodes, &out, "empty", &[]);
-    nodes.wait_for_steps(40);
-    nodes.signal("sim_node", "STOP");
-    nodes.signal("sim_node", "CONT");
-    let status = nodes.wait("sim_node", evac_tests::PATIENCE);
-    assert_eq!(status.code(), Some(1));
-    let log = nodes.log("sim_node");
-    assert!(log.contains("the process was stopped and continued"), "{log}");
-    start_simulator(&mut nodes);
-    nodes.succeed("agent_node", TRAINING);
-    Outcome::left_in(&out).assert_is(&in_process("empty", 1, &nodes.path("here")));
-}
-
-#[test]
 fn both_nodes_know_the_same_rooms() {
     let names = sim_node::world::Scenario::ALL.map(|scenario| scenario.name());
     assert_eq!(agent_node::learning::scenario::ROOMS, names);
-}
-
-#[test]
-fn a_simulator_that_is_told_to_end_and_to_continue_just_ends() {
-    let mut nodes = Nodes::new();
-    start_simulator(&mut nodes);
-    nodes.wait_for_log("sim_node", "the room is open");
-    // As timeout(1) and systemd do it.
-    nodes.signal("sim_node", "TERM");
-    nodes.signal("sim_node", "CONT");
-    nodes.succeed("sim_node", evac_tests::PATIENCE);
 }

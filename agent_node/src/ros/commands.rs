@@ -130,7 +130,7 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
     for connection in connections {
         match connect(&node, connection, common.deadline)? {
             Some(room) => rooms.push(room),
-            None => return Ok(node.shutdown().check()?),
+            None => return Ok(()),
         }
     }
     let mut listener = TrainingListener {
@@ -160,7 +160,7 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
             info!(
                 "stopped in episode {episode}, saved in {path}: the same command with --resume goes on"
             );
-            return Ok(node.shutdown().check()?);
+            return Ok(());
         }
         Err(error @ (TrainingError::Environment(_) | TrainingError::Listener(_))) => {
             let saved = match saver::write(&training, &directory) {
@@ -198,7 +198,7 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
         let room = &mut rooms[0];
         let Some(tested) = run_and_sum_up(&plan, &mut policy, room, oracle.as_ref())? else {
             info!("stopped before the end of the test; the training is complete");
-            return Ok(node.shutdown().check()?);
+            return Ok(());
         };
         summary.evaluation = Some(tested.evaluation);
         frames = tested.frames;
@@ -237,7 +237,7 @@ pub fn evaluate(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<
     let directory = RunDirectory::open(Path::new(&out))?;
     let connection = Connection::new(&mut node, "")?;
     let Some(mut room) = connect(&node, connection, common.deadline)? else {
-        return Ok(node.shutdown().check()?);
+        return Ok(());
     };
     let plan = test.plan(&scenario);
     match run_and_sum_up(&plan, &mut policy, &mut room, oracle.as_ref())? {
@@ -247,7 +247,7 @@ pub fn evaluate(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<
         }
         None => info!("stopped before the end of the test"),
     }
-    Ok(node.shutdown().check()?)
+    Ok(())
 }
 
 /// Draws the policy's escapes into the directory `figures`; `None` where they cannot be seen, or if the

@@ -97,7 +97,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         }
     }))
     .unwrap_or(Ok(()))
-    .and_then(|()| Ok(shutdown.check()?))
 }
 
 /// The answer to a request of `/step`, and what is to be published.

@@ -1,0 +1,17 @@
+# Included by the CMakeLists.txt of the nodes: builds all nodes by cargo, and installs the one that is
+# named as the project.
+#
+# Every package runs the same command in the repository's own target directory, so cargo compiles each
+# crate once, whichever package colcon builds first.
+get_filename_component(repository "${CMAKE_CURRENT_LIST_DIR}/.." ABSOLUTE)
+set(target_directory "${repository}/target")
+
+# colcon need not look for packages among build products.
+file(TOUCH "${target_directory}/COLCON_IGNORE")
+
+add_custom_target(${PROJECT_NAME} ALL
+  COMMAND ${CMAKE_COMMAND} -E env "CARGO_TARGET_DIR=${target_directory}"
+    "${repository}/launch_scripts/build.sh"
+  VERBATIM
+)
+install(PROGRAMS "${target_directory}/release/${PROJECT_NAME}" DESTINATION lib/${PROJECT_NAME})

@@ -1,0 +1,197 @@
+//! The build: one RustDDS for every selection of packages, and the corrections that setup.sh applies.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs,
+    path::{Path, PathBuf},
+    process::{Command, Output},
+};
+
+use evac_tests::repository;
+
+/// What cargo prints, which must succeed.
+fn cargo(arguments: &[&str]) -> String {
+    let output = Command::new(env!("CARGO"))
+        .args(arguments)
+        .current_dir(repository())
+        .output()
+        .expect("cargo runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("text")
+}
+
+/// The features of each package that RustDDS and ros2-client stand on, for a selection of packages. A
+/// package that is also built for procedural macros has two sets.
+fn features(of: &BTreeSet<String>, selection: &str) -> BTreeMap<String, BTreeSet<String>> {
+    let tree = ["tree", "--locked", "--prefix", "none", "--format", "{p}|{f}"];
+    let arguments: Vec<&str> = tree.into_iter().chain(selection.split(' ')).collect();
+    let mut features: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for line in cargo(&arguments).lines() {
+        let Some((package, enabled)) = line.split_once('|') else { continue };
+        let name = package.split(' ').take(2).collect::<Vec<_>>().join(" ");
+        if of.contains(&name) {
+            let enabled = enabled.trim_end_matches(" (*)").to_owned();
+            features.entry(name).or_default().insert(enabled);
+        }
+    }
+    features
+}
+
+/// Otherwise a `cargo test` of one package builds RustDDS anew, and the next script does it again.
+#[test]
+fn every_selection_builds_rustdds_with_the_same_features() {
+    let tree = cargo(&["tree", "--locked", "--prefix", "none", "--package", "ros2-client"]);
+    let names = tree.lines().filter(|line| !line.is_empty());
+    let names = names.map(|line| line.split(' ').take(2).collect::<Vec<_>>().join(" "));
+    let names: BTreeSet<String> = names.collect();
+    assert!(names.iter().any(|name| name.starts_with("rustdds ")), "{names:?}");
+
+    let nodes = features(&names, "--package sim_node --package agent_node --edges normal,build");
+    for selection in [
+        "--workspace --edges normal,build",
+        "--workspace --edges normal,build,dev",
+        "--package evac_msgs --edges normal,build,dev",
+        "--package ros_runtime --edges normal,build,dev",
+        "--package sim_node --edges normal,build,dev",
+        "--package agent_node --edges normal,build,dev",
+        "--package evac_tests --edges normal,build,dev",
+        "--package evac_tests --features benchmark --edges normal,build",
+    ] {
+        for (package, found) in features(&names, selection) {
+            // A selection may build less for procedural macros, but nothing else.
+            let expected = nodes.get(&package).expect("the nodes stand on it, too");
+            assert!(
+                found.is_subset(expected) || expected.is_subset(&found),
+                "{selection}: {package} has {found:?}, not {expected:?}: add the features to \
+                 crates/workspace_features/Cargo.toml"
+            );
+        }
+    }
+}
+
+/// A copy of what setup.sh needs of the repository: no build, no `.cargo/corrected`.
+struct Copy {
+    directory: tempfile::TempDir,
+}
+
+impl Copy {
+    fn new() -> Copy {
+        let directory = tempfile::tempdir().expect("a directory");
+        copy_sources(repository(), directory.path());
+        Copy { directory }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.directory.path().join(name)
+    }
+
+    fn setup(&self) -> Command {
+        Command::new(self.path("launch_scripts/setup.sh"))
+    }
+
+    fn set_up(&self) -> Output {
+        let output = self.setup().output().expect("setup.sh runs");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        output
+    }
+
+    /// The corrected crate, as cargo finds it.
+    fn corrected(&self) -> PathBuf {
+        let text = fs::read_to_string(self.path(".cargo/corrected.toml")).expect("a configuration");
+        let path = text.split('"').nth(1).expect("a path in quotation marks");
+        self.path(path)
+    }
+
+    fn corrections(&self) -> Vec<String> {
+        let text = fs::read_to_string(self.corrected().join("CORRECTIONS")).expect("a list");
+        text.lines().map(str::to_owned).collect()
+    }
+}
+
+/// Copies manifests, sources and scripts; leaves out what is built or hidden, but for `.cargo/config.toml`.
+fn copy_sources(from: &Path, to: &Path) {
+    fs::create_dir_all(to).expect("a directory");
+    for entry in fs::read_dir(from).expect("a directory").map(|entry| entry.expect("an entry")) {
+        let name = entry.file_name();
+        let target = to.join(&name);
+        match name.to_str().expect("a name in Unicode") {
+            "target" | "runs" | "results" | "docs" => {}
+            ".cargo" => {
+                fs::create_dir(&target).expect("a directory");
+                fs::copy(entry.path().join("config.toml"), target.join("config.toml"))
+                    .expect("a copy");
+            }
+            hidden if hidden.starts_with('.') => {}
+            _ if entry.file_type().expect("a type").is_dir() => {
+                copy_sources(&entry.path(), &target)
+            }
+            _ => {
+                fs::copy(entry.path(), target).expect("a copy");
+            }
+        }
+    }
+}
+
+/// The names of the patches, in their order.
+fn patches(directory: &Path) -> Vec<String> {
+    let files = fs::read_dir(directory.join("patches/rustdds")).expect("the patches");
+    let names = files.map(|file| file.expect("a file").file_name().into_string().expect("Unicode"));
+    let mut names: Vec<String> =
+        names.filter_map(|name| name.strip_suffix(".patch").map(str::to_owned)).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn setup_corrects_rustdds_once_and_anew_when_a_patch_changes() {
+    let copy = Copy::new();
+    let all = patches(repository());
+    // Two at once do no harm.
+    let both: Vec<_> = (0..2).map(|_| copy.setup().spawn().expect("setup.sh runs")).collect();
+    for mut one in both {
+        assert!(one.wait().expect("it is our child").success());
+    }
+    assert_eq!(copy.corrections(), all);
+    let metadata = Command::new(env!("CARGO"))
+        .args(["metadata", "--locked", "--offline", "--format-version", "1"])
+        .current_dir(copy.path("sim_node"))
+        .output()
+        .expect("cargo runs");
+    let metadata = String::from_utf8(metadata.stdout).expect("JSON");
+    assert!(metadata.contains(copy.corrected().to_str().expect("Unicode")), "cargo builds with it");
+
+    // Up to date: nothing is written.
+    let written = |path: PathBuf| fs::metadata(path).expect("a file").modified().expect("a time");
+    let before = written(copy.path(".cargo/corrected.toml"));
+    copy.set_up();
+    assert_eq!(written(copy.path(".cargo/corrected.toml")), before);
+
+    // Each patch can be left out: the others apply all the same.
+    let kept = tempfile::tempdir().expect("a directory");
+    for dropped in &all {
+        let file = copy.path("patches/rustdds").join(format!("{dropped}.patch"));
+        fs::rename(&file, kept.path().join("patch")).expect("a file moves");
+        let output = copy.set_up();
+        assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+        let others: Vec<String> = all.iter().filter(|name| *name != dropped).cloned().collect();
+        assert_eq!(copy.corrections(), others);
+        fs::rename(kept.path().join("patch"), &file).expect("a file moves");
+    }
+    // Nothing is left of the copies before.
+    let copies = fs::read_dir(copy.path(".cargo/corrected")).expect("the copies");
+    let copies = copies.filter(|entry| entry.as_ref().expect("an entry").path().is_dir());
+    assert_eq!(copies.count(), 1);
+}
+
+#[test]
+fn setup_says_which_patch_does_not_apply() {
+    let copy = Copy::new();
+    let file = copy.path("patches/rustdds/0002-data-frag-inline-qos.patch");
+    let text = fs::read_to_string(&file).expect("a patch").replace("-    if self", "-    if other");
+    fs::write(&file, text).expect("a file");
+    let output = copy.setup().output().expect("setup.sh runs");
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success());
+    assert!(error.contains("0002-data-frag-inline-qos.patch does not apply"), "{error}");
+    assert!(!copy.path(".cargo/corrected.toml").exists(), "cargo builds as if it had not run");
+}

@@ -1,0 +1,113 @@
+//! What the corrections of RustDDS are for, as a user and other implementations of DDS notice it.
+//!
+//! These tests need a corrected build: `launch_scripts/test.sh` makes one and runs them.
+
+use std::time::Duration;
+
+use evac_msgs::type_description_interfaces::TypeDescription;
+use evac_tests::{Nodes, PATIENCE, assert_survives};
+use ros_runtime::{
+    corrections::is_corrected,
+    parameters::{ParameterClient, ParameterValue},
+};
+use serde::Deserialize;
+
+/// A domain of its own, if this build is a corrected one.
+fn nodes() -> Nodes {
+    assert!(is_corrected(), "RustDDS is uncorrected: run launch_scripts/setup.sh and build again");
+    Nodes::new()
+}
+
+/// Starts a training without an end.
+fn start_training(nodes: &mut Nodes) {
+    let out = format!("out:='{}'", nodes.path("run").display());
+    nodes.start_simulator(&[]);
+    nodes.start_agent("train", &["episodes:=100000", &out]);
+    nodes.wait_for_steps(1);
+}
+
+/// An endpoint as discovery announces it.
+#[derive(Debug, Deserialize)]
+struct Endpoint {
+    topic: String,
+    r#type: String,
+    user_data: String,
+}
+
+/// The endpoints of all participants but CycloneDDS's own.
+fn endpoints(nodes: &Nodes, topics: &[&str]) -> Vec<Endpoint> {
+    let mut watcher = nodes.peer("endpoint_watcher.py");
+    let timeout = PATIENCE.as_secs().to_string();
+    let (status, text, error) = nodes.run(watcher.args(topics).args(["--timeout", &timeout]));
+    assert!(status.success(), "{error}");
+    assert_eq!(error, "", "CycloneDDS accepts every packet");
+    let all: Vec<Endpoint> = serde_json::from_str(&text).expect("JSON");
+    all.into_iter().filter(|endpoint| !endpoint.topic.starts_with("DCPS")).collect()
+}
+
+/// `sensor_msgs/msg/Image` for `sensor_msgs::msg::dds_::Image_`.
+fn ros_name(dds_type: &str) -> String {
+    dds_type.replace("dds_::", "").replace("::", "/").trim_end_matches('_').to_owned()
+}
+
+#[test]
+fn every_endpoint_announces_the_hash_of_its_type() {
+    let mut nodes = nodes();
+    start_training(&mut nodes);
+    let topics = [
+        "ros_discovery_info",
+        "rt/rosout",
+        "rt/parameter_events",
+        "rt/diagnostics",
+        "rt/camera/image",
+        "rt/action",
+        "rt/training_status",
+        "rq/stepRequest",
+        "rr/stepReply",
+        "rq/agent_node/get_parametersRequest",
+        "rr/agent_node/get_type_descriptionReply",
+    ];
+    let endpoints = endpoints(&nodes, &topics);
+    for Endpoint { topic, r#type, user_data } in &endpoints {
+        let description = TypeDescription::of(&ros_name(r#type));
+        let description =
+            description.unwrap_or_else(|| panic!("{topic}: {type} has no definition"));
+        assert_eq!(*user_data, format!("typehash={};", description.hash()), "{topic}: {type}");
+    }
+    for topic in topics {
+        assert!(endpoints.iter().any(|endpoint| endpoint.topic == topic), "{topic} is missing");
+    }
+}
+
+#[test]
+fn cyclone_dds_accepts_every_packet_of_a_client_and_a_server() {
+    let mut nodes = nodes();
+    nodes.set_variable("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp");
+    nodes.start_simulator(&[]);
+    let mut caller = nodes.peer("service_caller.py");
+    let timeout = PATIENCE.as_secs().to_string();
+    let (status, _, error) = nodes.run(caller.args(["--steps", "20", "--timeout", &timeout]));
+    assert!(status.success(), "{error}");
+    assert_eq!(error, "", "CycloneDDS accepts every packet");
+}
+
+#[test]
+fn all_parameters_of_a_training_are_read() {
+    let mut nodes = nodes();
+    start_training(&mut nodes);
+    let mut node = nodes.client();
+    let agent = ParameterClient::new(&mut node, "agent_node").expect("a client");
+    for _ in 0..20 {
+        let values = node.block_on(agent.values(PATIENCE)).expect("an answer");
+        assert_eq!(values.get("preset"), Some(&ParameterValue::String("robust".to_owned())));
+    }
+}
+
+#[test]
+fn a_training_survives_that_its_nodes_are_stopped_and_continued() {
+    assert_survives(nodes(), 10, 0.001, |nodes, name| {
+        nodes.signal(name, "STOP");
+        std::thread::sleep(Duration::from_millis(100));
+        nodes.signal(name, "CONT");
+    });
+}

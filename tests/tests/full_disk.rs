@@ -1,0 +1,71 @@
+//! A training whose disk is full for a while. The test needs root, to mount a small one.
+
+use std::{
+    fs, io,
+    path::{Path, PathBuf},
+    process::Command,
+    time::Duration,
+};
+
+use agent_node::learning::{
+    settings::Preset,
+    training::{Plan, Training},
+};
+use evac_tests::{Nodes, Outcome};
+
+const TRAINING: Duration = Duration::from_secs(300);
+const MAX_STEPS: u32 = 60;
+const EPISODES: u32 = 12;
+const SEED: u64 = 5;
+
+/// A disk of 20 MB in memory, until this value is dropped.
+struct Disk(PathBuf);
+
+impl Disk {
+    fn mounted_on(place: &Path) -> Disk {
+        let mut mount = Command::new("mount");
+        mount.args(["-t", "tmpfs", "-o", "size=20m", "tmpfs"]).arg(place);
+        let output = mount.output().expect("mount runs");
+        assert!(output.status.success(), "root may mount a tmpfs: {output:?}");
+        Disk(place.to_owned())
+    }
+}
+
+impl Drop for Disk {
+    fn drop(&mut self) {
+        // At once, whoever still has a file there.
+        let _ = Command::new("umount").arg("--lazy").arg(&self.0).status();
+    }
+}
+
+#[test]
+fn a_training_goes_on_while_the_disk_is_full() {
+    let place = tempfile::tempdir().expect("a directory");
+    let _disk = Disk::mounted_on(place.path());
+    let (out, ballast) = (place.path().join("run"), place.path().join("ballast"));
+    let mut nodes = Nodes::new();
+    // In real time, so that the training has not ended when there is room again.
+    nodes.start_simulator(&[&format!("max_steps:={MAX_STEPS}"), "motion_time:=0.01"]);
+    let out_parameter = format!("out:='{}'", out.display());
+    let (episodes, seed) = (format!("episodes:={EPISODES}"), format!("seed:={SEED}"));
+    nodes.start_agent(
+        "train",
+        &[&out_parameter, &episodes, &seed, "evaluation_episodes:=5", "checkpoint_interval:=1"],
+    );
+    nodes.wait_for_steps(30);
+    let mut file = fs::File::create(&ballast).expect("a file");
+    let error = io::copy(&mut io::repeat(0), &mut file).expect_err("a disk of 20 MB");
+    assert_eq!(error.kind(), io::ErrorKind::StorageFull);
+    nodes.wait_for_log("agent_node", "No space left on device");
+    nodes.wait_for_log("agent_node", "the training goes on, and is saved again later");
+    drop(file);
+    fs::remove_file(ballast).expect("it is there");
+    nodes.succeed("agent_node", TRAINING);
+    let plan = Plan { scenario: "empty".to_owned(), episodes: EPISODES, seed: SEED, rooms: 1 };
+    let preset = Preset::default();
+    let here = nodes.path("here");
+    Outcome::left_in(&out).assert_is(&Outcome::in_process(plan.clone(), preset, MAX_STEPS, &here));
+    let checkpoint = out.join("checkpoint.safetensors");
+    let saved = Training::load(&checkpoint, plan, preset.settings());
+    assert_eq!(saved.expect("a checkpoint").episode(), EPISODES);
+}
