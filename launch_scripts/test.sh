@@ -5,8 +5,8 @@
 #
 #   (no option)  what every change must pass, in a few minutes
 #   --all        also the long tests: kills, bad networks, interruptions, hostile packets, a full disk,
-#                Fast DDS, security. They need root, g++, strace and the headers of Fast DDS 2 and
-#                OpenSSL. With EVAC_ROS2=required also those beside a sourced ROS 2 Jazzy
+#                colcon, Fast DDS, security. They need root and the Debian packages that .ci/run
+#                installs. With EVAC_ROS2=required also those beside a sourced ROS 2 Jazzy
 #   --soak       a million steps over a bad network (soak.sh)
 #
 # The peers from PyPI go into a virtual environment, .venv in the repository.
@@ -49,7 +49,7 @@ mkdir -p "$peers"
 g++ -std=c++20 -O2 -Wall -Wextra -o "$peers/step_caller" "$caller" -lfastrtps -lfastcdr -lz
 export EVAC_FAST_DDS_PEER="$peers/step_caller"
 
-long=(fast_dds full_disk hostile interruptions kills network)
+long=(colcon fast_dds full_disk hostile interruptions kills network)
 run_cargo test --package evac_tests "${long[@]/#/--test=}" "$@"
 if [[ "${EVAC_ROS2:-}" == required ]]; then
     run_cargo test --package evac_tests --test ros2 "$@" -- --ignored

@@ -49,39 +49,40 @@ mod tests {
 
     use super::*;
 
-    /// Runs an ignored test of this module in a process of its own.
-    fn run(test: &str) -> process::Output {
+    const IS_CHILD: &str = "ROS_RUNTIME_TEST_IS_CHILD";
+
+    /// Runs `work`, which should end the process, in a process of its own: `test` is the calling test,
+    /// which this executes again there.
+    fn in_child(test: &str, work: impl FnOnce()) -> process::Output {
+        if std::env::var_os(IS_CHILD).is_some() {
+            work();
+            process::exit(0);
+        }
         let own = std::env::current_exe().unwrap();
         let test = format!("failure::tests::{test}");
-        process::Command::new(own).args(["--ignored", "--exact", &test]).output().unwrap()
+        let mut child = process::Command::new(own);
+        child.args(["--exact", &test, "--nocapture"]).env(IS_CHILD, "1").output().unwrap()
     }
 
     #[test]
     fn a_panic_in_any_thread_ends_the_process() {
-        assert_eq!(run("a_thread_panics").status.code(), Some(PANICKED));
+        let output = in_child("a_panic_in_any_thread_ends_the_process", || {
+            end_on_panic();
+            let _ = std::thread::spawn(|| panic!("as it should")).join();
+        });
+        assert_eq!(output.status.code(), Some(PANICKED), "{output:?}");
     }
 
     #[test]
     fn too_much_memory_ends_the_process() {
-        let output = run("a_thread_takes_too_much_memory");
+        let output = in_child("too_much_memory_ends_the_process", || {
+            limit_memory(1 << 30).unwrap();
+            // black_box: memory that is not used would not be allocated.
+            let _ = std::thread::spawn(|| drop(std::hint::black_box(vec![1u8; 1 << 31]))).join();
+        });
         assert_eq!(output.status.signal(), Some(Signal::ABORT.as_raw()), "{output:?}");
         let said = String::from_utf8_lossy(&output.stderr);
         assert!(said.contains("memory allocation of 2147483648 bytes failed"), "{said}");
-    }
-
-    #[test]
-    #[ignore = "it ends the process: another test runs it"]
-    fn a_thread_takes_too_much_memory() {
-        limit_memory(1 << 30).unwrap();
-        // As something that is used, or it would not be taken.
-        let _ = std::thread::spawn(|| drop(std::hint::black_box(vec![1u8; 1 << 31]))).join();
-    }
-
-    #[test]
-    #[ignore = "it ends the process: another test runs it"]
-    fn a_thread_panics() {
-        end_on_panic();
-        let _ = std::thread::spawn(|| panic!("as it should")).join();
     }
 
     #[test]
@@ -94,8 +95,12 @@ mod tests {
         assert_eq!(getrlimit(Resource::Data).current, Some(expected));
     }
 
+    #[cfg(target_os = "linux")]
     #[test]
-    fn a_machine_has_some_memory() {
-        assert!(!cfg!(target_os = "linux") || machine_memory() > Some(1 << 24));
+    fn the_memory_of_the_machine_is_that_of_the_system() {
+        // sysinfo(2) counts in units; /proc/meminfo, which is read here, in kibibytes.
+        let info = rustix::system::sysinfo();
+        let total = info.totalram as u64 * u64::from(info.mem_unit);
+        assert_eq!(machine_memory(), Some(total / 1024 * 1024));
     }
 }

@@ -11,6 +11,7 @@ targets=("${@:2}")
 
 # cargo fuzz takes options of a nightly compiler; this has a stable one take them, too.
 export RUSTC_BOOTSTRAP=1
+../../launch_scripts/setup.sh
 cargo run --quiet --release --locked --example seeds
 for target in "${targets[@]}"; do
     # More than any valid input takes; and what hangs or takes a gigabyte for it is wrong.

@@ -4,7 +4,7 @@ use std::{
     collections::{BTreeMap, BTreeSet},
     fs,
     path::{Path, PathBuf},
-    process::{Command, Output},
+    process::Command,
 };
 
 use evac_tests::repository;
@@ -89,10 +89,9 @@ impl Copy {
         Command::new(self.path("launch_scripts/setup.sh"))
     }
 
-    fn set_up(&self) -> Output {
+    fn set_up(&self) {
         let output = self.setup().output().expect("setup.sh runs");
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        output
     }
 
     /// The corrected crate, as cargo finds it.
@@ -171,8 +170,7 @@ fn setup_corrects_rustdds_once_and_anew_when_a_patch_changes() {
     for dropped in &all {
         let file = copy.path("patches/rustdds").join(format!("{dropped}.patch"));
         fs::rename(&file, kept.path().join("patch")).expect("a file moves");
-        let output = copy.set_up();
-        assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+        copy.set_up();
         let others: Vec<String> = all.iter().filter(|name| *name != dropped).cloned().collect();
         assert_eq!(copy.corrections(), others);
         fs::rename(kept.path().join("patch"), &file).expect("a file moves");

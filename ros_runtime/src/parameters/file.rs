@@ -183,10 +183,15 @@ robot1:
     }
 
     proptest! {
-        /// Whatever is in the file, there is an answer.
+        /// Any text gives sections with absolute patterns, or a reason in one line.
         #[test]
-        fn any_text_has_an_answer(text in "([a-z/*_]{0,6}: ?|[-\\[\\]{}&*!|>'\"%@,#]| {1,4}|\\n|[0-9.e]{1,5}){0,40}") {
-            let _ = parse(&text);
+        fn any_text_is_read_or_refused_in_one_line(text in "([a-z/*_]{0,6}: ?|[-\\[\\]{}&*!|>'\"%@,#]| {1,4}|\\n|[0-9.e]{1,5}){0,40}") {
+            match parse(&text) {
+                Ok(sections) => {
+                    prop_assert!(sections.iter().all(|section| section.pattern.starts_with('/')));
+                }
+                Err(reason) => prop_assert_eq!(reason.lines().count(), 1, "{}", reason),
+            }
         }
     }
 
