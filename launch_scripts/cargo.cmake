@@ -7,6 +7,7 @@ get_filename_component(repository "${CMAKE_CURRENT_LIST_DIR}/.." ABSOLUTE)
 set(target_directory "${repository}/target")
 
 # colcon need not look for packages among build products.
+file(MAKE_DIRECTORY "${target_directory}")
 file(TOUCH "${target_directory}/COLCON_IGNORE")
 
 add_custom_target(${PROJECT_NAME} ALL
