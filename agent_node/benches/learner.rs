@@ -5,9 +5,7 @@
 use agent_node::{
     environment::Step,
     learning::{
-        action::Action,
         dyna_q::DynaQ,
-        image::Image,
         network::QNetwork,
         observation::{History, View, input_size},
         perceptron::Perceptron,
@@ -17,6 +15,7 @@ use agent_node::{
     },
 };
 use divan::{Bencher, black_box};
+use task::{Action, Image};
 
 fn main() {
     divan::main();

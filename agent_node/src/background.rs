@@ -14,10 +14,11 @@ use futures::{
     channel::mpsc::{UnboundedReceiver, UnboundedSender, unbounded},
 };
 use ros_runtime::spin;
+use task::Image;
 
 use crate::{
     environment::{Environment, EnvironmentError, Step},
-    learning::{dyna_q::Decision, image::Image},
+    learning::dyna_q::Decision,
 };
 
 /// How long the thread stays awake for the next order: longer than an update takes.

@@ -2,9 +2,10 @@
 
 use std::num::NonZeroU64;
 
+use task::{Action, Image};
 use thiserror::Error;
 
-use crate::learning::{action::Action, dyna_q::Decision, image::Image};
+use crate::learning::dyna_q::Decision;
 
 /// A room with a robot in it.
 pub trait Environment {

@@ -4,11 +4,11 @@ use agent_node::{
     environment::Step,
     learning::{
         dyna_q::DynaQ,
-        image::Image,
         settings::{Preset, Settings},
     },
 };
 use allocation_counter::measure;
+use task::Image;
 
 fn image(number: usize) -> Image {
     Image::try_from([number as u8; Image::BYTES].as_slice()).expect("the size of an image")

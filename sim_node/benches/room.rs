@@ -5,8 +5,9 @@ use std::num::NonZeroU64;
 use divan::Bencher;
 use sim_node::{
     camera::{Camera, CameraSettings, Frame},
-    world::{Action, Scenario, World, WorldSettings},
+    world::{World, WorldSettings},
 };
+use task::{Action, Scenario};
 
 fn main() {
     divan::main();

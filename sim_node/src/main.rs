@@ -8,8 +8,9 @@ use ros_runtime::{Arguments, failure, names::Naming, parameters::Parameters};
 use serde::Serialize;
 use sim_node::{
     ros,
-    world::{Scenario, World, fewest_steps},
+    world::{World, fewest_steps},
 };
+use task::Scenario;
 
 /// A room with a robot that has a 20x7 camera: serves reset and step, publishes what the robot sees.
 #[derive(Parser)]

@@ -6,8 +6,9 @@ use evac_msgs::step;
 use sim_node::{
     camera::{Camera, CameraSettings},
     ros::Session,
-    world::{Action, Layout, Scenario, World, WorldSettings},
+    world::{Layout, World, WorldSettings},
 };
+use task::{Action, Scenario};
 
 #[test]
 fn a_step_and_its_frame_allocate_nothing() {

@@ -2,12 +2,10 @@
 
 use std::{num::NonZeroU64, path::PathBuf, process::Command};
 
-use agent_node::{
-    environment::Environment,
-    learning::{action::Action, dyna_q::Decision},
-};
+use agent_node::{environment::Environment, learning::dyna_q::Decision};
 use crc::{CRC_32_ISO_HDLC, Crc};
 use sim_node::world::WorldSettings;
+use task::Action;
 
 use crate::{Nodes, PATIENCE, Room};
 

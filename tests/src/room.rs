@@ -4,12 +4,13 @@ use std::num::NonZeroU64;
 
 use agent_node::{
     environment::{Environment, EnvironmentError, Step},
-    learning::{dyna_q::Decision, image::Image},
+    learning::dyna_q::Decision,
 };
 use sim_node::{
     camera::{Camera, CameraSettings},
-    world::{Action, Scenario, World, WorldSettings},
+    world::{World, WorldSettings},
 };
+use task::{Action, Image, Scenario};
 
 /// The simulator's world and camera, without the simulator.
 pub struct Room {
@@ -45,8 +46,7 @@ impl Environment for Room {
     }
 
     fn begin_step(&mut self, decision: &Decision) -> Result<(), EnvironmentError> {
-        let action = Action::try_from(decision.action.index());
-        self.action = Some(action.map_err(|e| EnvironmentError::Refused(e.to_string()))?);
+        self.action = Some(decision.action);
         Ok(())
     }
 

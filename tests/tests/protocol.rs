@@ -23,7 +23,7 @@ use std::{
 
 use agent_node::{
     environment::{Environment, EnvironmentError},
-    learning::{action::Action, dyna_q::Decision},
+    learning::dyna_q::Decision,
     ros::conversation::{Answer, Conversation, Done, Next, Request},
 };
 use evac_msgs::{Image, status, step};
@@ -31,9 +31,10 @@ use evac_tests::Room;
 use sim_node::{
     camera::{Camera, CameraSettings},
     ros::Session,
-    world::{Scenario, World, WorldSettings},
+    world::{World, WorldSettings},
 };
 use stateright::{Checker, HasDiscoveries, Model, Property};
+use task::{Action, Scenario};
 
 /// Obstacles move in it: no two steps show the same image, whether the robot moves or not.
 const SCENARIO: Scenario = Scenario::ThreeMoving;

@@ -322,9 +322,3 @@ fn a_pair_in_a_namespace_meets_there_and_its_config_is_complete() {
         assert!(config.contains(line), "{line} is missing in\n{config}");
     }
 }
-
-#[test]
-fn both_nodes_know_the_same_rooms() {
-    let names = sim_node::world::Scenario::ALL.map(|scenario| scenario.name());
-    assert_eq!(agent_node::learning::scenario::ROOMS, names);
-}

@@ -14,11 +14,11 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use safetensors::{Dtype, SafeTensors, View, tensor::TensorView};
 use serde::{Deserialize, Serialize};
+use task::{Action, Image};
 use thiserror::Error;
 
 use super::{
-    action::{Action, ActionSet},
-    image::Image,
+    greedy::ActionSet,
     network::{QNetwork, WeightsError},
     observation::input_size,
     perceptron::Perceptron,

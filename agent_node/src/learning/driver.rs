@@ -2,7 +2,9 @@
 
 use std::time::Duration;
 
-use super::{action::Action, dyna_q::Decision, image::Image, policy::Policy};
+use task::{Action, Image};
+
+use super::{dyna_q::Decision, policy::Policy};
 
 /// An image so much older than the one before is of a robot that was started anew: its clock, too,
 /// began again. What is less old has only been overtaken on the way.

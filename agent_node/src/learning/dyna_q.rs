@@ -3,10 +3,10 @@
 use candle_core::Result;
 use rand::{Rng, RngExt};
 use rand_chacha::ChaCha8Rng;
+use task::{Action, Image};
 
 use super::{
-    action::{Action, ActionSet},
-    image::Image,
+    greedy::{ActionSet, greedy_action},
     network::QNetwork,
     observation::{View, input_size},
     perceptron::{Activations, Adam, Perceptron},
@@ -97,7 +97,7 @@ impl DynaQ {
             let explored = random.random::<f64>() < *epsilon;
             let action = match explored {
                 true => random_action(random, excluded),
-                false => Action::greatest(&values, excluded),
+                false => greedy_action(&values, excluded),
             };
             Decision { action, values: Some(values), explored }
         };
@@ -166,7 +166,7 @@ impl DynaQ {
                 false => ActionSet::NONE,
             };
             let (values, _padding) = values.split_first_chunk().expect("a value for each action");
-            *choice = Action::greatest(values, excluded);
+            *choice = greedy_action(values, excluded);
         }
         if double_q {
             self.target.forward(activations);
@@ -253,7 +253,7 @@ impl DynaQ {
 fn random_action(random: &mut impl Rng, excluded: ActionSet) -> Action {
     let allowed = Action::COUNT - excluded.len();
     let place = random.random_range(0..allowed.max(1) as u8);
-    let mut actions = Action::all().filter(|action| !excluded.contains(*action));
+    let mut actions = Action::ALL.into_iter().filter(|action| !excluded.contains(*action));
     actions.nth(place.into()).unwrap_or_default()
 }
 
@@ -347,7 +347,7 @@ mod tests {
         for _ in 0..100 {
             let decision = learner.act(&[(state, 0.0)]).remove(0);
             assert!(!decision.explored);
-            let best = Action::greatest(&decision.values.unwrap(), ActionSet::NONE);
+            let best = greedy_action(&decision.values.unwrap(), ActionSet::NONE);
             assert_eq!(decision.action, best);
         }
     }

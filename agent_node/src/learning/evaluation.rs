@@ -1,10 +1,10 @@
 //! The greedy test of a trained policy.
 
 use serde::{Deserialize, Serialize};
+use task::Image;
 
 use super::{
     dyna_q::Decision,
-    image::Image,
     policy::Policy,
     scenario::room_of_episode,
     seeds::{Purpose, episode_seed},

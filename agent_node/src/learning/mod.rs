@@ -1,5 +1,6 @@
 //! Deep Dyna-Q (the paper's section 2.3), without ROS: images in, actions out.
 //!
+//! - [`greedy`]: the action of the greatest value.
 //! - [`settings`]: the presets and every number of the method.
 //! - [`training`]: the loop over episodes and steps; it reads beside the paper's Figure 2.
 //! - [`dyna_q`]: the learner: act, remember, plan, end an episode.
@@ -13,13 +14,12 @@
 //! - [`checkpoint`]: a training, laid down and taken up again.
 //! - [`seeds`], [`scenario`]: the seed of every episode, from the seed of the run, and its room.
 
-pub mod action;
 pub mod checkpoint;
 pub mod driver;
 pub mod dyna_q;
 pub mod evaluation;
 pub mod exploration;
-pub mod image;
+pub mod greedy;
 pub mod network;
 pub mod observation;
 pub mod perceptron;

@@ -9,9 +9,8 @@ use candle_core::{DType, Device, Module, Result, Tensor};
 use candle_nn::Linear;
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
+use task::Action;
 use thiserror::Error;
-
-use super::action::Action;
 
 /// A multilayer perceptron with ReLU between its layers, and none behind the last.
 ///

@@ -7,10 +7,9 @@
 
 use std::collections::VecDeque;
 
-use super::{
-    action::{Action, ActionSet},
-    image::Image,
-};
+use task::{Action, Image};
+
+use super::greedy::ActionSet;
 
 /// An image, and how it came about.
 #[derive(Clone, Copy, Debug)]

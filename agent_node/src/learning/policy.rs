@@ -1,11 +1,11 @@
 //! What a trained network does.
 
 use candle_core::Result;
+use task::{Action, Image};
 
 use super::{
-    action::{Action, ActionSet},
     dyna_q::Decision,
-    image::Image,
+    greedy::{ActionSet, greedy_action},
     network::QNetwork,
     observation::History,
     perceptron::Perceptron,
@@ -53,7 +53,7 @@ impl Policy {
             true => self.history.tried(),
             false => ActionSet::NONE,
         };
-        let action = Action::greatest(&values, excluded);
+        let action = greedy_action(&values, excluded);
         Decision { action, values: Some(values), explored: false }
     }
 }

@@ -6,10 +6,10 @@
 use std::{collections::VecDeque, sync::Arc};
 
 use rand::{Rng, RngExt};
+use task::{Action, Image};
 
 use super::{
-    action::{Action, ActionSet},
-    image::Image,
+    greedy::ActionSet,
     observation::{HORIZON, Moment, tried},
 };
 

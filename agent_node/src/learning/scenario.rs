@@ -1,20 +1,9 @@
 //! In which of the simulator's rooms an episode takes place.
 
 use rand::RngExt;
+use task::Scenario;
 
 use super::seeds::{Purpose, episode_generator};
-
-/// The rooms that the simulator has.
-pub const ROOMS: [&str; 8] = [
-    "empty",
-    "one_cylinder",
-    "two_cylinders",
-    "three_cylinders",
-    "concave",
-    "one_moving",
-    "two_moving",
-    "three_moving",
-];
 
 /// One of them, drawn anew for each episode.
 pub const MIXED: &str = "mixed";
@@ -22,7 +11,10 @@ pub const MIXED: &str = "mixed";
 /// The room of an episode: the scenario itself, or the one that is drawn where it is [`MIXED`].
 pub fn room_of_episode(scenario: &str, purpose: Purpose, run_seed: u64, episode: u32) -> &str {
     match scenario {
-        MIXED => ROOMS[episode_generator(purpose, run_seed, episode).random_range(0..ROOMS.len())],
+        MIXED => {
+            let mut generator = episode_generator(purpose, run_seed, episode);
+            Scenario::ALL[generator.random_range(0..Scenario::ALL.len())].name()
+        }
         room => room,
     }
 }
@@ -35,7 +27,7 @@ mod tests {
     fn a_mixed_run_visits_all_rooms_alike_and_always_in_the_same_order() {
         let room = |episode| room_of_episode(MIXED, Purpose::Training, 3, episode);
         let rooms: Vec<&str> = (0..8000).map(room).collect();
-        for name in ROOMS {
+        for name in Scenario::ALL.map(Scenario::name) {
             let count = rooms.iter().filter(|room| **room == name).count();
             assert!((880..1120).contains(&count), "{name}: {count}");
         }

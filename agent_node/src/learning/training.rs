@@ -6,10 +6,10 @@ use std::{
 };
 
 use serde::{Deserialize, Serialize};
+use task::Action;
 use thiserror::Error;
 
 use super::{
-    action::Action,
     dyna_q::{Decision, DynaQ},
     policy::Policy,
     record::{EpisodeRecord, Records},

@@ -1,7 +1,8 @@
 //! What the actions are worth in a state, according to a network.
 
+use task::Action;
+
 use super::{
-    action::Action,
     observation::{Moment, View},
     perceptron::{Activations, Perceptron},
     settings::Settings,
@@ -53,7 +54,7 @@ impl Valuation {
 fn mean<'a>(views: &[View], outputs: impl Iterator<Item = &'a [f32]>) -> [f32; Action::COUNT] {
     let mut values = [0.0; Action::COUNT];
     for (view, outputs) in views.iter().zip(outputs) {
-        for (action, value) in Action::all().zip(&mut values) {
+        for (action, value) in Action::ALL.into_iter().zip(&mut values) {
             *value += outputs[usize::from(view.action(action).index())];
         }
     }
@@ -62,9 +63,10 @@ fn mean<'a>(views: &[View], outputs: impl Iterator<Item = &'a [f32]>) -> [f32; A
 
 #[cfg(test)]
 mod tests {
+    use task::Image;
+
     use super::*;
     use crate::learning::{
-        image::Image,
         network::QNetwork,
         observation::input_size,
         seeds::{Sequence, sequence},
@@ -95,7 +97,7 @@ mod tests {
         let states = states.iter().map(|moments| moments.iter().copied());
         let mut valuation = Valuation::new(&network, &settings, 2);
         let values: Vec<_> = valuation.of(&network, states.clone()).collect();
-        for action in Action::all() {
+        for action in Action::ALL.into_iter() {
             let [own, other] = [action, action.mirrored()].map(|a| usize::from(a.index()));
             assert!((values[0][own] - values[1][other]).abs() < 1e-6, "{values:?}");
         }
@@ -104,7 +106,7 @@ mod tests {
         let plain = Settings { mirror: false, ..settings };
         let mut valuation = Valuation::new(&network, &plain, 2);
         let plain: Vec<_> = valuation.of(&network, states).collect();
-        for action in Action::all() {
+        for action in Action::ALL.into_iter() {
             let [own, other] = [action, action.mirrored()].map(|a| usize::from(a.index()));
             let mean = (plain[0][own] + plain[1][other]) / 2.0;
             assert!((values[0][own] - mean).abs() < 1e-6, "{plain:?} {values:?}");

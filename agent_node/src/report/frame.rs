@@ -1,8 +1,7 @@
 //! What the robot saw, as a picture that a page can carry within itself.
 
 use base64::{Engine, prelude::BASE64_STANDARD};
-
-use crate::learning::image::Image;
+use task::Image;
 
 /// One image of the robot's camera, and what to know about it.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -5,6 +5,7 @@ use std::{collections::BTreeMap, fs, path::Path};
 
 use anyhow::{Context, ensure};
 use serde::{Serialize, de::DeserializeOwned};
+use task::Scenario;
 
 use super::{
     confidence::{Mean, wilson_interval},
@@ -12,11 +13,7 @@ use super::{
     section::replace_section,
 };
 use crate::{
-    learning::{
-        evaluation::Evaluation,
-        scenario::{MIXED, ROOMS},
-        settings::Preset,
-    },
+    learning::{evaluation::Evaluation, scenario::MIXED, settings::Preset},
     run::Summary,
 };
 
@@ -98,7 +95,7 @@ impl Reproduction {
                 continue;
             };
             if summary.scenario == MIXED {
-                for room in ROOMS {
+                for room in Scenario::ALL.map(Scenario::name) {
                     let test = read_json(&run.join(room).join("evaluation.json"))?;
                     mixed.entry(room.to_owned()).or_default().extend(test);
                 }
@@ -109,13 +106,14 @@ impl Reproduction {
         }
         ensure!(!summaries.is_empty(), "no finished training in {}", directory.display());
         let mut trainings = Vec::new();
-        for scenario in ROOMS {
+        for scenario in Scenario::ALL.map(Scenario::name) {
             for preset in Preset::ALL {
                 let key = (scenario.to_owned(), preset.to_string());
                 trainings.extend(summaries.get(&key).and_then(|runs| Trained::of(runs)));
             }
         }
-        let mixed = ROOMS.iter().filter_map(|room| Tested::of(mixed.get(*room)?)).collect();
+        let mixed =
+            Scenario::ALL.iter().filter_map(|room| Tested::of(mixed.get(room.name())?)).collect();
         Ok(Reproduction { paper: PAPER, trainings, mixed })
     }
 
@@ -201,7 +199,7 @@ impl Reproduction {
             "steps / fewest possible",
             "escapes, one policy for all rooms",
         ];
-        let rows = ROOMS.map(|scenario| {
+        let rows = Scenario::ALL.map(Scenario::name).map(|scenario| {
             let stated = PAPER.iter().find(|paper| paper.scenario == scenario);
             let paper = self.of(scenario, Preset::Paper);
             let robust = self.of(scenario, Preset::Robust).map(|robust| &robust.test);

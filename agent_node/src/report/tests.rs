@@ -1,5 +1,6 @@
+use task::Image;
+
 use super::*;
-use crate::learning::image::Image;
 
 /// A training of so many episodes that learns as real ones do, without any randomness.
 fn records(episodes: u32) -> Vec<EpisodeRecord> {

@@ -10,6 +10,7 @@ use ros_runtime::{
     node::reliable,
     parameters::{ParameterClient, ParameterValue},
 };
+use task::Image;
 
 use super::{
     console::Console,
@@ -29,7 +30,6 @@ use crate::{
     learning::{
         dyna_q::Decision,
         evaluation::{Evaluation, TestEpisode, TestListener, TestPlan, run_test},
-        image::Image,
         policy::Policy,
         record::EpisodeRecord,
         seeds::{Purpose, episode_seed},

@@ -8,11 +8,9 @@ use std::num::{NonZeroU32, NonZeroU64};
 
 use evac_msgs::{Header, reset, status, step};
 use log::warn;
+use task::{Action, Image};
 
-use crate::{
-    environment::{EnvironmentError, Step},
-    learning::{action::Action, image::Image},
-};
+use crate::environment::{EnvironmentError, Step};
 
 /// What is asked of a simulator.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

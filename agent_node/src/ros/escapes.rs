@@ -6,13 +6,13 @@ use std::{num::NonZeroU64, time::Duration};
 use anyhow::Context;
 use log::warn;
 use ros_runtime::parameters::{ParameterClient, ParameterValue};
+use task::Image;
 
 use super::{ground_truth::GroundTruth, simulator::Simulator};
 use crate::{
     environment::Environment,
     learning::{
         evaluation::TestPlan,
-        image::Image,
         policy::Policy,
         scenario::{MIXED, room_of_episode},
         seeds::{Purpose, episode_seed},

@@ -9,13 +9,14 @@ use anyhow::{Context, anyhow};
 use ros_runtime::parameters::{
     Descriptor, FromParameter, ParameterError, ParameterValue, Parameters, read_file_of,
 };
+use task::Scenario;
 
 use crate::{
     learning::{
         checkpoint::load_model,
         exploration::EpsilonDecay,
         policy::Policy,
-        scenario::{MIXED, ROOMS},
+        scenario::MIXED,
         settings::{Preset, Settings, TargetUpdate},
     },
     run::RunDirectory,
@@ -112,7 +113,7 @@ impl TrainedModel {
 
 /// Declares `scenario`.
 pub(super) fn scenario(parameters: &Parameters, defaults: &Defaults) -> anyhow::Result<String> {
-    let choices = ROOMS.into_iter().chain([MIXED]);
+    let choices = Scenario::ALL.map(Scenario::name).into_iter().chain([MIXED]);
     let description = "the scenario of every reset; mixed: one of the eight, drawn for each";
     let descriptor = Descriptor::read_only(description).choices(choices);
     let default = defaults.get("scenario", "empty".to_owned())?;

@@ -14,6 +14,7 @@ use ros_runtime::{
     node::{NodeError, reliable},
     service::{Call, CallError, ServiceClient},
 };
+use task::Image;
 
 use super::{
     conversation::{Answer, Conversation, Done, Next, Request},
@@ -21,7 +22,7 @@ use super::{
 };
 use crate::{
     environment::{Environment, EnvironmentError, Step},
-    learning::{dyna_q::Decision, image::Image},
+    learning::dyna_q::Decision,
 };
 
 /// The simulator as its clients see it.

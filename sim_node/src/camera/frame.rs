@@ -1,13 +1,15 @@
 //! The image that the camera makes.
 
+use task::Image;
+
 /// Pixels in a row.
-pub const WIDTH: usize = 20;
+pub const WIDTH: usize = Image::WIDTH;
 
 /// Rows.
-pub const HEIGHT: usize = 7;
+pub const HEIGHT: usize = Image::HEIGHT;
 
 /// Bytes of a pixel: red, green, blue.
-pub const CHANNELS: usize = 3;
+pub const CHANNELS: usize = Image::CHANNELS;
 
 /// Pixels in a frame.
 pub(super) const PIXELS: usize = WIDTH * HEIGHT;

@@ -8,11 +8,12 @@ use parry2d::math::{Pose, Vector};
 use parry2d::query::Ray;
 use parry2d::shape::{Ball, Compound, ConvexPolygon, Cuboid, HalfSpace, Shape, SharedShape};
 use proptest::prelude::*;
+use task::{Action, Scenario};
 
 use super::*;
 use crate::world::{
-    Action, CONCAVE_WALL_HEIGHT, CYLINDER_HEIGHT, CYLINDER_RADIUS, EXIT_DEPTH, EXIT_HEIGHT,
-    EXIT_WIDTH, Layout, Scenario, WALL_HEIGHT, Wall, World, WorldSettings, contact,
+    CONCAVE_WALL_HEIGHT, CYLINDER_HEIGHT, CYLINDER_RADIUS, EXIT_DEPTH, EXIT_HEIGHT, EXIT_WIDTH,
+    Layout, WALL_HEIGHT, Wall, World, WorldSettings, contact,
 };
 
 const SKY: [u8; 3] = [179; 3];

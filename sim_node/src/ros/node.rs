@@ -12,6 +12,7 @@ use ros_runtime::{
     parameters::{Descriptor, ParameterValue, Parameters},
     server::RequestId,
 };
+use task::Scenario;
 use tokio::time::{Instant, Interval, MissedTickBehavior, interval};
 
 use super::{
@@ -22,7 +23,7 @@ use super::{
     publishers::{Pace, Publishers, until},
     session::{ClientId, Executed, Session},
 };
-use crate::world::{Scenario, World};
+use crate::world::World;
 
 /// Runs the simulator until it is told to end.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {

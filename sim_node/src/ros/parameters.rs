@@ -2,10 +2,11 @@
 
 use anyhow::Context;
 use ros_runtime::parameters::{Check, Descriptor, ParameterError, ParameterValue, Parameters};
+use task::Scenario;
 
 use crate::{
     camera::{Camera, CameraSettings},
-    world::{Layout, LayoutError, Scenario, WorldSettings},
+    world::{Layout, LayoutError, WorldSettings},
 };
 
 /// What the room is like.

@@ -13,11 +13,12 @@ use std::{
 use evac_msgs::{ActionCommand, EpisodeStatus, Header, Image, Time, reset, status, step};
 use nalgebra::Isometry2;
 use rand::RngExt;
+use task::{Action, Scenario};
 
 use super::messages;
 use crate::{
     camera::Camera,
-    world::{Action, Layout, Outcome, Scenario, World},
+    world::{Layout, Outcome, World},
 };
 
 /// A client, as DDS identifies it.
@@ -489,7 +490,7 @@ impl Session {
             self.world.step(action).map_err(|over| (status::EPISODE_OVER, over.to_string()))?;
         self.control = Some(control);
         let status = EpisodeStatus {
-            action: action.index() as u8,
+            action: action.index(),
             reward: outcome.reward,
             terminated: outcome.terminated,
             truncated: outcome.truncated,

@@ -7,7 +7,6 @@
 //! Everything random follows from a seed, through a stream of numbers that this project specifies
 //! itself.
 
-mod action;
 mod concave_wall;
 pub(crate) mod contact;
 mod cylinder;
@@ -20,7 +19,6 @@ mod placement;
 mod random;
 mod robot;
 mod room;
-mod scenario;
 mod spacing;
 #[cfg(test)]
 mod tests;
@@ -29,8 +27,8 @@ use std::f64::consts::FRAC_PI_4;
 use std::num::NonZeroU64;
 
 use nalgebra::{Isometry2, Point2};
+use task::{Action, Scenario};
 
-pub use action::{Action, InvalidAction, STEP_LENGTH};
 pub use concave_wall::{CONCAVE_WALL_HEIGHT, ConcaveWall};
 pub use cylinder::{CYLINDER_HEIGHT, CYLINDER_RADIUS, Cylinder};
 pub use exit::{EXIT_DEPTH, EXIT_HEIGHT, EXIT_REACH, EXIT_WIDTH, Exit, ExitOffWall};
@@ -40,7 +38,6 @@ pub use oracle::{fewest_steps, shortest_path};
 pub use placement::PlacementError;
 pub use robot::FOOTPRINT_SIDE;
 pub use room::{ROOM_SIDE, WALL_HEIGHT, Wall};
-pub use scenario::{Scenario, UnknownScenario};
 
 use obstacles::Obstacles;
 use placement::{Placement, Rules};

@@ -4,9 +4,10 @@ use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_4, SQRT_2};
 
 use nalgebra::{Isometry2, Point2, UnitComplex, Vector2};
+use task::Action;
+use task::action::STEP_LENGTH;
 
 use super::World;
-use super::action::{Action, STEP_LENGTH};
 use super::exit::{EXIT_DEPTH, EXIT_WIDTH, Exit};
 use super::robot::{FOOTPRINT_SIDE, Footprint};
 

@@ -1,6 +1,7 @@
 //! Where everything is at the start of an episode.
 
 use nalgebra::{Isometry2, Point2, UnitComplex, Vector2, distance};
+use task::Scenario;
 
 use super::concave_wall::ConcaveWall;
 use super::cylinder::Cylinder;
@@ -9,7 +10,6 @@ use super::layout::Layout;
 use super::random::Random;
 use super::robot::Footprint;
 use super::room::{ROOM_SIDE, Wall};
-use super::scenario::Scenario;
 use super::spacing::Spacing;
 
 /// How many random layouts are tried. With nothing fixed, at least one in a few hundred keeps

@@ -3,8 +3,9 @@
 use nalgebra::{Isometry2, UnitComplex, Vector2};
 use parry2d::math::{Pose, Vector};
 use parry2d::shape::{Cuboid, Shape};
+use task::Action;
+use task::action::STEP_LENGTH;
 
-use super::action::{Action, STEP_LENGTH};
 use super::contact;
 
 /// The side of the robot's square footprint, in metres.

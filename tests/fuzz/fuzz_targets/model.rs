@@ -3,9 +3,10 @@
 
 #![no_main]
 
-use agent_node::{learning::image::Image, ros::TrainedModel, run::RunDirectory};
+use agent_node::{ros::TrainedModel, run::RunDirectory};
 use libfuzzer_sys::fuzz_target;
 use ros_runtime::{Arguments, names::Naming, parameters::Parameters};
+use task::Image;
 
 fuzz_target!(|data: &[u8]| {
     let [low, high, data @ ..] = data else {

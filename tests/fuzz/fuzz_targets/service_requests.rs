@@ -13,8 +13,9 @@ use serde::de::DeserializeOwned;
 use sim_node::{
     camera::{Camera, CameraSettings},
     ros::Session,
-    world::{Scenario, World, WorldSettings},
+    world::{World, WorldSettings},
 };
+use task::Scenario;
 
 fn session() -> Session {
     let world = World::new(WorldSettings::default(), Scenario::Empty, 0).expect("a room");

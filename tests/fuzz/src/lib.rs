@@ -8,15 +8,10 @@ use std::{
 
 use agent_node::{
     environment::{Environment, EnvironmentError, Step},
-    learning::{
-        dyna_q::Decision,
-        image::Image,
-        record::EpisodeRecord,
-        settings::{Preset, Settings},
-        training::{Listener, Plan, Training},
-    },
+    learning::{dyna_q::Decision, record::EpisodeRecord, settings::{Preset, Settings}, training::{Listener, Plan, Training}},
 };
 use tempfile::TempDir;
+use task::Image;
 
 /// Files in a directory of their own, which goes with this value.
 pub struct Files(TempDir);

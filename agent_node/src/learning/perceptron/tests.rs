@@ -3,14 +3,13 @@ use candle_nn::{AdamW, Optimizer, ParamsAdamW};
 use pulp::Arch;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use task::{Action, Image};
 
 use super::*;
 use crate::{
     environment::Step,
     learning::{
-        action::Action,
         dyna_q::DynaQ,
-        image::Image,
         network::QNetwork,
         replay_memory::Experience,
         settings::{Preset, Settings, TargetUpdate},
@@ -292,7 +291,9 @@ impl Reference {
             .flat_map(|(experience, view)| {
                 let tried = view.actions(memory.frame(experience.next_state).tried);
                 let avoids = self.settings.avoid_repetition;
-                Action::all().map(move |a| if avoids && tried.contains(a) { -1e9 } else { 0.0 })
+                Action::ALL
+                    .into_iter()
+                    .map(move |a| if avoids && tried.contains(a) { -1e9 } else { 0.0 })
             })
             .collect();
         let tried = Tensor::from_vec(tried, (rows, Action::COUNT), device).unwrap();

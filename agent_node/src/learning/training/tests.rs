@@ -2,12 +2,12 @@ use std::num::NonZeroU64;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use task::Image;
 
 use super::*;
 use crate::learning::{
     checkpoint::model_bytes,
     exploration::EpsilonDecay,
-    image::Image,
     settings::{Preset, TargetUpdate},
 };
 

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use gif::{Encoder, Frame, Repeat};
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg;
+use task::Image;
 
 use super::camera::camera;
 use super::colour_scale::ColourScale;
@@ -13,7 +14,6 @@ use super::drawing::Drawing;
 use super::palette::{self, Palette};
 use super::preference::{Compass, full_ring};
 use super::{Escape, plan, steps};
-use crate::learning::image::Image;
 
 /// The size of the film, in pixels.
 const WIDTH: u16 = 760;

@@ -1,7 +1,8 @@
 //! A camera image, enlarged.
 
+use task::Image;
+
 use super::drawing::Drawing;
-use crate::learning::image::Image;
 
 /// Draws an image with its upper left corner at `corner`; one of its pixels takes `pixel` pixels of
 /// the page in both directions.

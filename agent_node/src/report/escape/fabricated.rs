@@ -1,7 +1,8 @@
 //! Escapes made up for tests.
 
+use task::{Action, Image};
+
 use super::{Escape, Moment, Pose, Scene, Shape};
-use crate::learning::{action::Action, image::Image};
 
 /// A straight way of so many steps up to the exit in the upper wall, with a step to the left before
 /// each index in `blocked` that something keeps the robot from.

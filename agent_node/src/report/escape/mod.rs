@@ -4,6 +4,8 @@
 //! Every picture is a function from what was seen and done to an SVG file that needs nothing else,
 //! on a light ground; the animation is a GIF.
 
+use task::{Action, Image};
+
 mod animation;
 mod badges;
 mod camera;
@@ -20,8 +22,6 @@ mod scene;
 mod states;
 mod steps;
 mod trails;
-
-use crate::learning::{action::Action, image::Image};
 
 pub use self::animation::animation;
 pub use self::paths::paths;

@@ -1,9 +1,10 @@
 //! What the robot would rather do: the softmax of the Q-values, on the compass of its turns.
 
+use task::Action;
+
 use super::colour_scale::ColourScale;
 use super::colours::{GRID, INK, MUTED};
 use super::drawing::Drawing;
-use crate::learning::action::Action;
 use crate::report::numbers::decimal;
 
 /// The temperature of the softmax, in the unit of the reward: 0.1 is what a step costs, so an action
@@ -59,7 +60,7 @@ impl Compass {
                 ));
             }
             // The action taken comes last, so that no neighbour covers its line.
-            let others = Action::all().filter(|action| *action != taken);
+            let others = Action::ALL.into_iter().filter(|action| *action != taken);
             for action in others.chain([taken]) {
                 let index = usize::from(action.index());
                 let colour = self.scale.colour(values[index]);
@@ -80,7 +81,7 @@ impl Compass {
     /// the rings stand for where the robot cannot turn.
     pub fn label(&self, drawing: &mut Drawing, taken: Action) {
         let (x, y) = self.centre;
-        for action in Action::all() {
+        for action in Action::ALL.into_iter() {
             let (right, down) = direction(f64::from(action.turn_degrees()));
             let weight = if action == taken {
                 format!("font-weight='700' fill='{INK}'")

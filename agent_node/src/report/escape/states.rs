@@ -1,6 +1,8 @@
 //! What the robot saw and what it would rather do: the middle and the right of the paper's Figures
 //! 4, 5 and 7.
 
+use task::Image;
+
 use super::badges::NAMES;
 use super::camera::camera;
 use super::colour_scale::ColourScale;
@@ -8,7 +10,6 @@ use super::colours::{GRID, MUTED};
 use super::drawing::Drawing;
 use super::preference::{Compass, TEMPERATURE, full_ring};
 use super::{Escape, Moment};
-use crate::learning::image::Image;
 
 /// A pixel of an image, the gap between two states, and the radius of a compass, in pixels.
 const PIXEL: f64 = 13.5;

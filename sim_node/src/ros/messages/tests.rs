@@ -10,12 +10,13 @@ use nalgebra::{
     Isometry2, Isometry3, Point3, Quaternion as Parts, Translation3, UnitQuaternion, Vector2,
     Vector3,
 };
+use task::Scenario;
 
 use super::*;
 use crate::{
     camera::{Camera, CameraSettings, WIDTH, equidistant::DISTORTION, lens},
     ros::session::Visit,
-    world::{Layout, Scenario, World, WorldSettings},
+    world::{Layout, World, WorldSettings},
 };
 
 const NOW: Time = Time { sec: 3, nanosec: 500_000_000 };

@@ -1,5 +1,7 @@
 //! What one step of the robot does.
 
+use task::action::STEP_LENGTH;
+
 use super::*;
 
 #[test]

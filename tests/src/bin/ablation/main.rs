@@ -26,9 +26,10 @@ use anyhow::Context;
 use clap::Parser;
 use evac_tests::{Room, Silent};
 use serde::{Deserialize, Serialize};
-use sim_node::world::{Scenario, WorldSettings};
+use sim_node::world::WorldSettings;
 
 use self::variants::{Variant, variants};
+use task::Scenario;
 
 /// The test of a training; its rooms are those of `evaluate.sh`.
 const TEST_EPISODES: u32 = 2000;

@@ -1,7 +1,7 @@
 //! The figures as tables in Markdown.
 
 use agent_node::learning::evaluation::Evaluation;
-use sim_node::world::Scenario;
+use task::Scenario;
 
 use crate::{Figures, variants::Variant};
 

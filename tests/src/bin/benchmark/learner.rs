@@ -5,7 +5,6 @@ use std::{num::NonZeroU64, time::Instant};
 use agent_node::{
     environment::Environment,
     learning::{
-        action::Action,
         dyna_q::DynaQ,
         observation::input_size,
         settings::{Preset, Settings},
@@ -14,6 +13,7 @@ use agent_node::{
 use candle_core::{Device, Tensor};
 use evac_tests::Room;
 use sim_node::world::WorldSettings;
+use task::Action;
 
 use crate::median;
 

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use serde_json::{Value, json};
-use sim_node::world::Scenario;
+use task::Scenario;
 
 use crate::{
     learner::LearnerFigures,

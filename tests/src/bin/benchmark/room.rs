@@ -4,8 +4,9 @@ use std::{num::NonZeroU64, time::Instant};
 
 use sim_node::{
     camera::{Camera, CameraSettings},
-    world::{Action, Scenario, World, WorldSettings},
+    world::{World, WorldSettings},
 };
+use task::{Action, Scenario};
 
 use crate::median;
 

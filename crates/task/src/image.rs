@@ -1,4 +1,4 @@
-//! What the robot sees.
+//! The camera image: what the robot sees.
 
 use thiserror::Error;
 
@@ -6,7 +6,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Image(Box<[u8; Image::BYTES]>);
 
-/// Why bytes are no image.
+/// A number of bytes that is not that of an image.
 #[derive(Debug, Error, PartialEq)]
 #[error("an image of {0} bytes: expected 420, 20 x 7 pixels of 3")]
 pub struct WrongSize(pub usize);
@@ -16,8 +16,10 @@ impl Image {
     pub const WIDTH: usize = 20;
     /// Rows.
     pub const HEIGHT: usize = 7;
-    /// Bytes of an image, and inputs of a network that sees one.
-    pub const BYTES: usize = Image::WIDTH * Image::HEIGHT * 3;
+    /// Bytes of a pixel: red, green, blue.
+    pub const CHANNELS: usize = 3;
+    /// Bytes of an image.
+    pub const BYTES: usize = Image::WIDTH * Image::HEIGHT * Image::CHANNELS;
 
     /// The bytes, 0 to 255.
     pub fn bytes(&self) -> &[u8; Image::BYTES] {

@@ -12,7 +12,7 @@ pub const STEP_LENGTH: f64 = 0.1524;
 ///
 /// Made from the index that policies and messages use: 0 turns by -135 degrees (right), 3 goes
 /// straight on, 6 turns by 135 degrees (left).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub struct Action(u8);
 
 impl Action {
@@ -24,19 +24,29 @@ impl Action {
         [Self(0), Self(1), Self(2), Self(3), Self(4), Self(5), Self(6)];
 
     /// The action's index, 0..=6.
-    pub fn index(self) -> usize {
-        usize::from(self.0)
+    pub fn index(self) -> u8 {
+        self.0
     }
 
-    /// The turn before the step, in eighths of a full turn: -3..=3.
-    pub(crate) fn eighths(self) -> i8 {
+    /// The turn before the step, in eighths of a full turn, counter-clockwise: -3..=3.
+    pub fn eighths(self) -> i8 {
         // At most 6, so the conversion keeps the value.
         self.0 as i8 - 3
     }
 
-    /// The turn before the step, in radians.
+    /// The turn before the step, in radians, counter-clockwise.
     pub fn turn(self) -> f64 {
         f64::from(self.eighths()) * FRAC_PI_4
+    }
+
+    /// The turn before the step, in degrees, counter-clockwise.
+    pub fn turn_degrees(self) -> i16 {
+        45 * i16::from(self.eighths())
+    }
+
+    /// The action that turns by the same angle to the other side.
+    pub fn mirrored(self) -> Self {
+        Self(Self::COUNT as u8 - 1 - self.0)
     }
 }
 
@@ -61,6 +71,10 @@ mod tests {
     fn turns_are_those_of_equation_3() {
         let degrees = Action::ALL.map(|action| action.turn().to_degrees());
         assert_eq!(degrees, [-135.0, -90.0, -45.0, 0.0, 45.0, 90.0, 135.0]);
+        assert_eq!(Action::ALL.map(Action::turn_degrees), [-135, -90, -45, 0, 45, 90, 135]);
+        for action in Action::ALL {
+            assert_eq!(action.mirrored().turn_degrees(), -action.turn_degrees());
+        }
     }
 
     #[test]
