@@ -6,6 +6,8 @@
 # Copies RustDDS from cargo's registry, applies patches/rustdds in the order of their numbers, and
 # writes .cargo/corrected.toml, which .cargo/config.toml includes. Does nothing if that is up to date,
 # and needs a network only while the crate has not been downloaded. All other scripts call it.
+#
+# With EVAC_UNCORRECTED=1 it does nothing: for testing a build with the published crate.
 
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -20,6 +22,8 @@ case "${1:-}" in
     -h | --help) sed -n '2,/^$/s/^# \{0,1\}//p' "$0" && exit 0 ;;
     *) fail "unknown option '$1'; see --help" ;;
 esac
+
+[[ "${EVAC_UNCORRECTED:-}" != 1 ]] || exit 0
 
 wanted=$(sed -n 's/^rust-version = "\(.*\)"/\1/p' "$root/Cargo.toml")
 command -v cargo >/dev/null ||
@@ -65,7 +69,7 @@ if [[ ! -d "$directory/$name" ]]; then
         cargo metadata --locked --format-version 1 --filter-platform "$platform" \
             --manifest-path "$root/Cargo.toml" |
         grep --only-matching "[^\"]*/rustdds-$version/Cargo\.toml" | head -n 1) ||
-        fail "RustDDS $version not found among the packages of cargo metadata"
+        fail "cargo metadata does not name RustDDS $version"
 
     copy=$(mktemp -d "$directory/incomplete.XXXXXX")
     trap 'rm -rf "$copy"' EXIT

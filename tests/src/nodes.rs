@@ -14,6 +14,7 @@ use crate::network::Host;
 use evac_msgs::EpisodeStatus;
 use ros_runtime::{
     Arguments, Node,
+    corrections::is_corrected,
     discovery::{Discovery, Range},
     node::reliable,
     security::Security,
@@ -126,6 +127,8 @@ impl Nodes {
             .env("ROS_DOMAIN_ID", self.domain_id.to_string())
             .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
             .envs(self.variables.iter().map(|(name, value)| (name, value)))
+            // The scripts then leave the build as it is, too.
+            .envs((!is_corrected()).then_some(("EVAC_UNCORRECTED", "1")))
             .stdin(Stdio::null());
         command
     }
