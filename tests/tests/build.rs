@@ -69,6 +69,25 @@ fn every_selection_builds_rustdds_with_the_same_features() {
     }
 }
 
+/// The oldest Rust that Cargo.toml promises is enough for every dependency; clippy's `incompatible_msrv`
+/// checks the same for our own use of std.
+#[test]
+fn no_dependency_needs_a_newer_rust_than_we_promise() {
+    let number = |version: &str| -> (u32, u32) {
+        let mut parts = version.split('.').map(|part| part.parse().expect("a number"));
+        (parts.next().expect("major"), parts.next().expect("minor"))
+    };
+    let metadata = cargo(&["metadata", "--locked", "--format-version", "1"]);
+    let metadata: serde_json::Value = serde_json::from_str(&metadata).expect("JSON");
+    let packages = metadata["packages"].as_array().expect("packages");
+    let needed = |package: &serde_json::Value| package["rust_version"].as_str().map(number);
+    let name = |package: &serde_json::Value| package["name"].as_str().map(str::to_owned);
+    let own = packages.iter().find(|package| package["name"] == "evac_tests").and_then(needed);
+    let newer = packages.iter().filter(|package| needed(package) > own).filter_map(name);
+    assert_eq!(newer.collect::<Vec<_>>(), Vec::<String>::new(), "we promise {own:?}");
+    assert!(packages.iter().filter_map(needed).count() > 100, "packages say what they need");
+}
+
 /// A copy of what setup.sh needs of the repository: no build, no `.cargo/corrected`.
 struct Copy {
     directory: tempfile::TempDir,
