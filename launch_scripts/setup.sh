@@ -59,6 +59,8 @@ if command -v flock >/dev/null; then
     if is_current; then
         exit 0
     fi
+    # What a killed one has left.
+    rm -rf "$directory"/incomplete.*
 fi
 
 if [[ ! -d "$directory/$name" ]]; then
