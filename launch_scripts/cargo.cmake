@@ -1,10 +1,13 @@
 # Included by the CMakeLists.txt of the nodes: builds all nodes by cargo, and installs the one that is
 # named as the project.
 #
-# Every package runs the same command in the repository's own target directory, so cargo compiles each
-# crate once, whichever package colcon builds first.
+# Every package runs the same command in the same target directory, the repository's own unless
+# CARGO_TARGET_DIR says otherwise, so cargo compiles each crate once, whichever package colcon builds first.
 get_filename_component(repository "${CMAKE_CURRENT_LIST_DIR}/.." ABSOLUTE)
 set(target_directory "${repository}/target")
+if(DEFINED ENV{CARGO_TARGET_DIR})
+  get_filename_component(target_directory "$ENV{CARGO_TARGET_DIR}" ABSOLUTE BASE_DIR "${repository}")
+endif()
 
 # colcon need not look for packages among build products.
 file(MAKE_DIRECTORY "${target_directory}")

@@ -3,14 +3,16 @@
 #
 #   launch_scripts/setup.sh
 #
-# Copies RustDDS from cargo's registry, applies patches/rustdds in the order of their numbers, and
-# writes .cargo/corrected.toml, which .cargo/config.toml includes. Does nothing if that is up to date,
-# and needs a network only while the crate has not been downloaded. All other scripts call it.
+# Copies RustDDS from cargo's registry to .cargo/corrected, applies patches/rustdds in the order of
+# their names, and writes .cargo/corrected/config.toml, which .cargo/config.toml includes. Does nothing
+# if that is up to date, and downloads the crates of Cargo.lock where cargo has not done so. All other
+# scripts call it. A copy that was changed by hand is not noticed: delete .cargo/corrected to undo it.
 #
-# With EVAC_UNCORRECTED=1 it does nothing: for testing a build with the published crate.
+# With EVAC_UNCORRECTED=1 it does nothing: for testing a build with the published crate, in a clone
+# that has not been set up.
 
 set -euo pipefail
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+root=$(CDPATH='' cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
 fail() {
     echo "setup.sh: $*" >&2
@@ -35,13 +37,15 @@ command -v cc >/dev/null ||
     fail "cc not found: install a C compiler, which Rust links with (Debian: gcc)"
 
 patches=("$root"/patches/rustdds/*.patch)
+[[ -f "${patches[0]}" ]] || fail "no corrections found in $root/patches/rustdds: the clone is incomplete"
 version=$(awk '$3 == "\"rustdds\"" { getline; gsub("\"", ""); print $3 }' "$root/Cargo.lock")
-digest=$(cat "${patches[@]}" | sha256sum | cut -c 1-16)
+# Of the names, too: they are the list of corrections. And of this script.
+digest=$(cd "$root" && sha256sum patches/rustdds/*.patch launch_scripts/setup.sh | sha256sum | cut -c 1-16)
 name=rustdds-$version-$digest
 directory=$root/.cargo/corrected
-configuration=$root/.cargo/corrected.toml
-# Relative to the repository, which can thus be moved.
-setting="paths = [\".cargo/corrected/$name\"]"
+configuration=$directory/config.toml
+# Relative to .cargo, so that the repository can be moved.
+setting="paths = [\"corrected/$name\"]"
 
 is_current() {
     [[ -d "$directory/$name" && "$(cat "$configuration" 2>/dev/null)" == "$setting" ]]
@@ -62,37 +66,55 @@ if command -v flock >/dev/null; then
     # What a killed one has left.
     rm -rf "$directory"/incomplete.*
 fi
+# If this fails, cargo builds with the published crate, not with corrections of before.
+rm -f "$configuration"
+
+# The directory of RustDDS that cargo builds with, as seen from the directory $1.
+crate_directory() {
+    # For this platform alone, so that nothing is downloaded for others.
+    local platform metadata
+    platform=$(rustc --version --verbose | sed -n 's/^host: //p')
+    metadata=$(cd "$1" && cargo metadata --locked --format-version 1 --filter-platform "$platform" \
+        --manifest-path "$root/Cargo.toml") || fail "cargo metadata failed; see above"
+    # The path of the manifest that follows the package's name and version.
+    sed -e 's/{"name":"[^"]*","version":/\n&/g' -e 's/"manifest_path":/\n&/g' <<<"$metadata" |
+        awk -v "package={\"name\":\"rustdds\",\"version\":\"$version\"" \
+            'index($0, package) == 1 { found = 1 } found && /^"manifest_path"/ { print; found = 0 }' |
+        sed -e 's/^"manifest_path":"\(\([^"\\]\|\\.\)*\)\/Cargo\.toml".*/\1/' -e 's/\\\(.\)/\1/g'
+}
 
 if [[ ! -d "$directory/$name" ]]; then
-    # From the directory above, where .cargo/config.toml does not apply: with it, cargo would name the
-    # corrected copy. For this platform alone, so that nothing is downloaded for others.
-    platform=$(rustc --version --verbose | sed -n 's/^host: //p')
-    manifest=$(cd "$root/.." &&
-        cargo metadata --locked --format-version 1 --filter-platform "$platform" \
-            --manifest-path "$root/Cargo.toml" |
-        grep --only-matching "[^\"]*/rustdds-$version/Cargo\.toml" | head -n 1) ||
-        fail "cargo metadata does not name RustDDS $version"
+    # From the root of the file system: in the repository, and in one around it, a configuration may
+    # name a corrected copy.
+    original=$(crate_directory /)
+    [[ -f "$original/Cargo.toml" ]] || fail "cargo metadata does not name RustDDS $version"
 
     copy=$(mktemp -d "$directory/incomplete.XXXXXX")
     trap 'rm -rf "$copy"' EXIT
-    cp -R "$(dirname "$manifest")/." "$copy"
+    cp -R "$original/." "$copy"
     for patch in "${patches[@]}"; do
         if command -v patch >/dev/null; then
-            patch --quiet --no-backup-if-mismatch --directory "$copy" --strip 1 <"$patch"
+            patch --quiet --force --fuzz=0 --no-backup-if-mismatch --directory "$copy" --strip 1 <"$patch"
         elif command -v git >/dev/null; then
             # The copy is not part of the repository around it.
-            GIT_CEILING_DIRECTORIES=$directory git -C "$copy" apply "$patch"
+            GIT_CEILING_DIRECTORIES=$directory git -C "$copy" -c core.autocrlf=false \
+                -c apply.whitespace=nowarn apply "$patch"
         else
             fail "neither patch nor git found, one of which corrects RustDDS: install patch"
         fi || fail "$(basename "$patch") does not apply to RustDDS $version"
         basename "$patch" .patch >>"$copy/CORRECTIONS"
     done
     chmod 755 "$copy"
-    mv --no-target-directory "$copy" "$directory/$name" 2>/dev/null || [[ -d "$directory/$name" ]]
+    mv --no-target-directory "$copy" "$directory/$name" || [[ -d "$directory/$name" ]] ||
+        fail "$directory/$name cannot be made; see above"
 fi
 
-echo "$setting" >"$configuration.incomplete.$$"
-mv "$configuration.incomplete.$$" "$configuration"
+echo "$setting" >"$directory/incomplete.config.$$"
+mv "$directory/incomplete.config.$$" "$configuration"
+found=$(crate_directory "$root")
+[[ "$found" -ef "$directory/$name" ]] ||
+    fail "cargo builds with $found, not with $directory/$name: the configuration of a directory above" \
+        "has precedence; put the clone elsewhere"
 for other in "$directory"/rustdds-*; do
     [[ "$other" == "$directory/$name" ]] || rm -rf "$other"
 done

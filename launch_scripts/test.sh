@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Runs the tests, with their set-up: the nodes, and independent DDS peers.
 #
-#   launch_scripts/test.sh [--all | --soak] [arguments for cargo test]
+#   launch_scripts/test.sh [--all | --soak] [options of cargo test]
 #
 #   (no option)  what every change must pass, in a few minutes
 #   --all        also the long tests: kills, bad networks, interruptions, hostile packets, a full disk,
@@ -52,6 +52,9 @@ export EVAC_FAST_DDS_PEER="$peers/step_caller"
 long=(colcon fast_dds full_disk hostile interruptions kills network)
 run_cargo test --package evac_tests "${long[@]/#/--test=}" "$@"
 if [[ "${EVAC_ROS2:-}" == required ]]; then
-    run_cargo test --package evac_tests --test ros2 "$@" -- --ignored
+    # The options may end with `--` and those of the test program.
+    options=("$@")
+    [[ " $* " == *" -- "* ]] || options+=(--)
+    run_cargo test --package evac_tests --test ros2 "${options[@]}" --ignored
 fi
 run_cargo test --package evac_tests --features security --test security "$@"

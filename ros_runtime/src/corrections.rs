@@ -58,7 +58,7 @@ mod tests {
 
     /// The names of the patches, if setup.sh has been run: cargo then builds with its copy.
     fn expected() -> Vec<String> {
-        if !fs::exists(format!("{REPOSITORY}/.cargo/corrected.toml")).unwrap() {
+        if !fs::exists(format!("{REPOSITORY}/.cargo/corrected/config.toml")).unwrap() {
             return vec![];
         }
         let files = fs::read_dir(format!("{REPOSITORY}/patches/rustdds")).unwrap();

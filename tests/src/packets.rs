@@ -236,7 +236,7 @@ impl Packets {
         let most = i64::MAX;
         let number = match self.random.random_range(0..4) {
             0 => self.pick(&[0, -1, i64::MIN, i64::MIN + 1, most, most - 1]),
-            _ => self.random.random_range(0..=most.min(100)),
+            _ => self.random.random_range(0..=100),
         };
         body.extend(((number >> 32) as i32).to_le_bytes());
         body.extend((number as u32).to_le_bytes());
@@ -247,7 +247,7 @@ impl Packets {
         let most = u32::MAX;
         let size = match self.random.random_range(0..4) {
             0 => self.pick(&[most, most - 1, most / 2, 1, 0]),
-            _ => self.random.random_range(1..=most.min(2000)),
+            _ => self.random.random_range(1..=2000),
         };
         body.extend(size.to_le_bytes());
     }

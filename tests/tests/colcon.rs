@@ -13,6 +13,9 @@ use ros_runtime::corrections::RUSTDDS;
 fn colcon(directory: &Path, words: &[&str]) -> String {
     let mut command = Command::new("colcon");
     command.args(words).args(["--base-paths", repository().to_str().expect("Unicode")]);
+    // Beside the program that is tested, wherever cargo has built it.
+    let target = binary("sim_node").ancestors().nth(2).expect("target/release").to_owned();
+    command.env("CARGO_TARGET_DIR", target);
     if !has_ros() {
         // The Python that ament_cmake is installed for, and not one of another place.
         let cargo = Path::new(env!("CARGO")).parent().expect("cargo is in a directory");

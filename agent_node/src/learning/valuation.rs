@@ -97,7 +97,7 @@ mod tests {
         let states = states.iter().map(|moments| moments.iter().copied());
         let mut valuation = Valuation::new(&network, &settings, 2);
         let values: Vec<_> = valuation.of(&network, states.clone()).collect();
-        for action in Action::ALL.into_iter() {
+        for action in Action::ALL {
             let [own, other] = [action, action.mirrored()].map(|a| usize::from(a.index()));
             assert!((values[0][own] - values[1][other]).abs() < 1e-6, "{values:?}");
         }
@@ -106,7 +106,7 @@ mod tests {
         let plain = Settings { mirror: false, ..settings };
         let mut valuation = Valuation::new(&network, &plain, 2);
         let plain: Vec<_> = valuation.of(&network, states).collect();
-        for action in Action::ALL.into_iter() {
+        for action in Action::ALL {
             let [own, other] = [action, action.mirrored()].map(|a| usize::from(a.index()));
             let mean = (plain[0][own] + plain[1][other]) / 2.0;
             assert!((values[0][own] - mean).abs() < 1e-6, "{plain:?} {values:?}");

@@ -8,10 +8,15 @@ use std::{
 
 use agent_node::{
     environment::{Environment, EnvironmentError, Step},
-    learning::{dyna_q::Decision, record::EpisodeRecord, settings::{Preset, Settings}, training::{Listener, Plan, Training}},
+    learning::{
+        dyna_q::Decision,
+        record::EpisodeRecord,
+        settings::{Preset, Settings},
+        training::{Listener, Plan, Training},
+    },
 };
-use tempfile::TempDir;
 use task::Image;
+use tempfile::TempDir;
 
 /// Files in a directory of their own, which goes with this value.
 pub struct Files(TempDir);

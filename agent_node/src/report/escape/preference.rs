@@ -81,7 +81,7 @@ impl Compass {
     /// the rings stand for where the robot cannot turn.
     pub fn label(&self, drawing: &mut Drawing, taken: Action) {
         let (x, y) = self.centre;
-        for action in Action::ALL.into_iter() {
+        for action in Action::ALL {
             let (right, down) = direction(f64::from(action.turn_degrees()));
             let weight = if action == taken {
                 format!("font-weight='700' fill='{INK}'")
