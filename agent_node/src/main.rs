@@ -2,13 +2,12 @@
 
 use std::{path::PathBuf, process::ExitCode};
 
-use agent_node::{
-    report::Reproduction,
-    ros::{commands, drive},
-};
+use agent_node::ros::{drive::drive, evaluate::evaluate, train::train};
 use anyhow::Context;
 use clap::{Parser, Subcommand};
+use report::Reproduction;
 use ros_runtime::{Arguments, failure};
+use task::seeds::{Purpose, episode_seed};
 
 /// Learns by deep Dyna-Q, from camera images alone, to drive a robot out of a room.
 #[derive(Parser)]
@@ -78,9 +77,9 @@ fn run() -> anyhow::Result<()> {
     }
     let arguments = Arguments::from_environment()?;
     match CommandLine::parse_from(&arguments.program).command {
-        Command::Train { oracle } => commands::train(&arguments, oracle.as_deref()),
-        Command::Evaluate { oracle } => commands::evaluate(&arguments, oracle.as_deref()),
-        Command::Drive => drive::drive(&arguments),
+        Command::Train { oracle } => train(&arguments, oracle.as_deref()),
+        Command::Evaluate { oracle } => evaluate(&arguments, oracle.as_deref()),
+        Command::Drive => drive(&arguments),
         Command::Reproduction { runs, json, results, readme } => {
             let reproduction = Reproduction::read(&runs)?;
             reproduction.write_json(&json)?;
@@ -88,7 +87,9 @@ fn run() -> anyhow::Result<()> {
             reproduction.write_readme(&readme)
         }
         Command::Seeds { seed, episodes } => {
-            print!("{}", commands::seeds(seed, episodes));
+            for episode in 0..episodes {
+                println!("{}", episode_seed(Purpose::Test, seed, episode));
+            }
             Ok(())
         }
     }

@@ -1,16 +1,15 @@
 //! `sim_node [oracle]`: see `--help`.
 
-use std::{fs, num::NonZeroU64, path::PathBuf, process::ExitCode};
+use std::{fs, path::PathBuf, process::ExitCode};
 
 use anyhow::Context;
 use clap::{Parser, Subcommand};
 use ros_runtime::{Arguments, failure, names::Naming, parameters::Parameters};
-use serde::Serialize;
 use sim_node::{
     ros,
     world::{World, fewest_steps},
 };
-use task::Scenario;
+use task::{FewestSteps, Scenario};
 
 /// A room with a robot that has a 20x7 camera: serves reset and step, publishes what the robot sees.
 #[derive(Parser)]
@@ -31,18 +30,6 @@ enum Command {
         #[arg(long)]
         seeds: PathBuf,
     },
-}
-
-/// What `oracle` prints.
-#[derive(Serialize)]
-struct OracleResult {
-    scenario: String,
-    /// The seeds of the resets.
-    seeds: Vec<NonZeroU64>,
-    /// For each seed; null where obstacles move, or where there is no way out.
-    steps: Vec<Option<u32>>,
-    /// Over all the seeds; null if one of them has no number.
-    mean_steps: Option<f64>,
 }
 
 fn main() -> ExitCode {
@@ -73,7 +60,7 @@ fn run() -> anyhow::Result<()> {
     }
 }
 
-fn oracle(arguments: &Arguments, scenario: Scenario, seeds: &str) -> anyhow::Result<OracleResult> {
+fn oracle(arguments: &Arguments, scenario: Scenario, seeds: &str) -> anyhow::Result<FewestSteps> {
     let naming = Naming::new("sim_node", &arguments.remaps)?;
     let room = ros::declare_room(&Parameters::new(&naming, arguments)?)?;
     let mut world = World::new(room.world, scenario, room.seed)?;
@@ -86,9 +73,5 @@ fn oracle(arguments: &Arguments, scenario: Scenario, seeds: &str) -> anyhow::Res
         all.push(seed);
         steps.push(fewest_steps(&world));
     }
-    let known: Option<Vec<u32>> = steps.iter().copied().collect();
-    let mean_steps = known
-        .filter(|known| !known.is_empty())
-        .map(|known| known.iter().map(|n| f64::from(*n)).sum::<f64>() / known.len() as f64);
-    Ok(OracleResult { scenario: scenario.name().to_owned(), seeds: all, steps, mean_steps })
+    Ok(FewestSteps::new(scenario.name(), all, steps))
 }

@@ -2,10 +2,9 @@
 
 use std::{num::NonZeroU64, path::PathBuf, process::Command};
 
-use agent_node::{environment::Environment, learning::dyna_q::Decision};
 use crc::{CRC_32_ISO_HDLC, Crc};
 use sim_node::world::WorldSettings;
-use task::Action;
+use task::{Action, Environment};
 
 use crate::{Nodes, PATIENCE, Room};
 
@@ -38,7 +37,7 @@ pub fn assert_calls_the_services(nodes: &Nodes, mut caller: Command) {
             digest.update(room.reset(seed, "empty").expect("a reset").bytes());
         }
         let action = Action::try_from((sequence % 7) as u8).expect("an action");
-        let step = room.step(&Decision { action, values: None, explored: false }).expect("a step");
+        let step = room.step(action).expect("a step");
         digest.update(step.image.bytes());
         escapes += u64::from(step.terminated);
         over = step.terminated || step.truncated;

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use agent_node::learning::{settings::Preset, training::Plan};
+use learning::{settings::Preset, training::Plan};
 
 use crate::{Nodes, Outcome};
 

@@ -2,13 +2,11 @@
 
 use std::{fs, path::Path};
 
-use agent_node::{
-    learning::{
-        checkpoint::model_bytes,
-        settings::{Preset, Settings},
-        training::{Plan, Training},
-    },
+use learning::{
+    checkpoint::model_bytes,
     run::RunDirectory,
+    settings::{Preset, Settings},
+    training::{Plan, Training},
 };
 use sim_node::world::WorldSettings;
 

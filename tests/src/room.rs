@@ -2,21 +2,16 @@
 
 use std::num::NonZeroU64;
 
-use agent_node::{
-    environment::{Environment, EnvironmentError, Step},
-    learning::dyna_q::Decision,
-};
 use sim_node::{
     camera::{Camera, CameraSettings},
     world::{World, WorldSettings},
 };
-use task::{Action, Image, Scenario};
+use task::{Action, Environment, Image, Scenario, Step};
 
 /// The simulator's world and camera, without the simulator.
 pub struct Room {
     world: World,
     camera: Camera,
-    action: Option<Action>,
 }
 
 impl Room {
@@ -24,7 +19,7 @@ impl Room {
     pub fn new(settings: WorldSettings) -> Room {
         let world = World::new(settings, Scenario::Empty, 0).expect("nothing is held fixed");
         let camera = Camera::new(CameraSettings::default()).expect("the default mount is possible");
-        Room { world, camera, action: None }
+        Room { world, camera }
     }
 
     fn image(&self) -> Image {
@@ -33,27 +28,28 @@ impl Room {
     }
 }
 
-impl Environment for Room {
-    fn begin_reset(&mut self, seed: NonZeroU64, scenario: &str) -> Result<(), EnvironmentError> {
-        let refused = |error: String| EnvironmentError::Refused(error);
-        let scenario: Scenario = scenario.parse().map_err(|error| refused(format!("{error}")))?;
-        self.world.reset(Some(seed), Some(scenario)).map_err(|error| refused(error.to_string()))?;
-        Ok(())
-    }
+/// Why a room does not do what is asked of it.
+#[derive(Debug, thiserror::Error)]
+#[error(transparent)]
+pub struct RoomError(#[from] anyhow::Error);
 
-    fn finish_reset(&mut self) -> Result<Image, EnvironmentError> {
+impl Environment for Room {
+    type Error = RoomError;
+    type PendingReset = Image;
+    type PendingStep = Step;
+
+    fn begin_reset(&mut self, seed: NonZeroU64, scenario: &str) -> Result<Image, RoomError> {
+        let scenario: Scenario = scenario.parse().map_err(anyhow::Error::from)?;
+        self.world.reset(Some(seed), Some(scenario)).map_err(anyhow::Error::from)?;
         Ok(self.image())
     }
 
-    fn begin_step(&mut self, decision: &Decision) -> Result<(), EnvironmentError> {
-        self.action = Some(decision.action);
-        Ok(())
+    fn finish_reset(&mut self, pending: Image) -> Result<Image, RoomError> {
+        Ok(pending)
     }
 
-    fn finish_step(&mut self) -> Result<Step, EnvironmentError> {
-        let refused = |error: String| EnvironmentError::Refused(error);
-        let action = self.action.take().ok_or_else(|| refused("no step was begun".into()))?;
-        let outcome = self.world.step(action).map_err(|error| refused(error.to_string()))?;
+    fn begin_step(&mut self, action: Action) -> Result<Step, RoomError> {
+        let outcome = self.world.step(action).map_err(anyhow::Error::from)?;
         Ok(Step {
             image: self.image(),
             reward: outcome.reward,
@@ -61,5 +57,9 @@ impl Environment for Room {
             truncated: outcome.truncated,
             blocked: outcome.blocked,
         })
+    }
+
+    fn finish_step(&mut self, pending: Step) -> Result<Step, RoomError> {
+        Ok(pending)
     }
 }

@@ -1,6 +1,6 @@
 //! Who does not want to know how a training or a test goes.
 
-use agent_node::learning::{
+use learning::{
     evaluation::TestListener,
     record::EpisodeRecord,
     training::{Listener, Training},

@@ -7,11 +7,11 @@ use std::{
     time::Duration,
 };
 
-use agent_node::learning::{
+use evac_tests::{Nodes, Outcome};
+use learning::{
     settings::Preset,
     training::{Plan, Training},
 };
-use evac_tests::{Nodes, Outcome};
 
 const TRAINING: Duration = Duration::from_secs(300);
 const MAX_STEPS: u32 = 60;

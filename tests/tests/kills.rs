@@ -8,8 +8,8 @@ use std::{
     time::{Duration, Instant, SystemTime},
 };
 
-use agent_node::learning::{settings::Preset, training::Plan};
 use evac_tests::{Nodes, Outcome, PATIENCE};
+use learning::{settings::Preset, training::Plan};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

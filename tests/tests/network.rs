@@ -4,11 +4,11 @@
 
 use std::{path::Path, time::Duration};
 
-use agent_node::learning::{settings::Preset, training::Plan};
 use evac_tests::{
     Nodes, Outcome, PATIENCE,
     network::{Faults, Network},
 };
+use learning::{settings::Preset, training::Plan};
 use ros_runtime::{
     Arguments, Node,
     corrections::is_corrected,

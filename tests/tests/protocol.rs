@@ -21,12 +21,11 @@ use std::{
     thread::available_parallelism,
 };
 
-use agent_node::{
-    environment::{Environment, EnvironmentError},
-    learning::dyna_q::Decision,
-    ros::conversation::{Answer, Conversation, Done, Next, Request},
+use agent_node::ros::{
+    SimulatorError,
+    conversation::{AfterStep, Conversation},
 };
-use evac_msgs::{Image, status, step};
+use evac_msgs::{reset, status, step};
 use evac_tests::Room;
 use sim_node::{
     camera::{Camera, CameraSettings},
@@ -34,7 +33,7 @@ use sim_node::{
     world::{World, WorldSettings},
 };
 use stateright::{Checker, HasDiscoveries, Model, Property};
-use task::{Action, Scenario};
+use task::{Action, Environment, Image, Scenario, Step};
 
 /// Obstacles move in it: no two steps show the same image, whether the robot moves or not.
 const SCENARIO: Scenario = Scenario::ThreeMoving;
@@ -56,6 +55,25 @@ struct Training {
 }
 
 type Promise = Property<Training>;
+
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+enum Request {
+    Reset(reset::Request),
+    Step(step::Request),
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Answer {
+    Reset(reset::Response),
+    Step(step::Response),
+}
+
+/// What the agent has begun, and has come to its end.
+#[derive(Clone, Debug, PartialEq)]
+enum Done {
+    Reset(Image),
+    Step(Step),
+}
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct State {
@@ -130,7 +148,7 @@ impl Training {
         let mut room = Room::new(settings());
         let mut episode = |seed| {
             let first = room.reset(seed, SCENARIO.name()).map(Done::Reset);
-            let steps = ACTIONS.map(|index| room.step(&Decision::from(action(index))));
+            let steps = ACTIONS.map(|index| room.step(action(index)));
             let steps = steps.into_iter().map(|step| step.map(Done::Step));
             [first].into_iter().chain(steps).collect::<Result<Vec<Done>, _>>()
         };
@@ -275,7 +293,7 @@ impl State {
                 && response.status == status::OK
                 && (response.episode, response.step) == (number, request.step)
         } else {
-            response.status != status::OK && response.image == Image::default()
+            response.status != status::OK && response.image == evac_msgs::Image::default()
         }
     }
 
@@ -345,6 +363,7 @@ impl Agent {
     fn start(start: u32, episode: usize) -> Agent {
         let mut conversation = Conversation::new(number(start));
         let request = conversation.begin_episode(seed(SEEDS[episode]), SCENARIO.name());
+        let request = Request::Reset(request);
         Agent {
             client: Client { start, is_first: true },
             conversation,
@@ -360,29 +379,44 @@ impl Agent {
     }
 
     fn hear(&mut self, answer: Answer, training: &Training) {
-        let next = match self.conversation.hear(answer) {
-            Ok(Next::Ask(request)) => Ok(request),
-            Ok(Next::Done(done)) => {
-                self.is_deceived |= done != training.undisturbed[self.episode][self.seen];
-                self.seen += 1;
-                if let Some(index) = ACTIONS.get(self.seen - 1) {
-                    self.conversation.begin_step(action(*index))
-                } else {
-                    (self.episode, self.seen) = (self.episode + 1, 0);
-                    let Some(next) = SEEDS.get(self.episode) else {
-                        self.activity = Activity::Ready;
-                        return;
-                    };
-                    Ok(self.conversation.begin_episode(seed(*next), SCENARIO.name()))
-                }
-            }
-            Err(error) => Err(error),
-        };
-        self.activity = match next {
-            Ok(request) => Activity::Asking(request),
-            Err(EnvironmentError::TakenOver(_)) => Activity::TakenOver,
+        self.activity = match self.next(answer, training) {
+            Ok(Some(request)) => Activity::Asking(request),
+            Ok(None) => Activity::Ready,
+            Err(SimulatorError::TakenOver(_)) => Activity::TakenOver,
             Err(error) => Activity::Failed(error.to_string()),
         };
+    }
+
+    /// What to ask after an answer; none if the training is done.
+    fn next(
+        &mut self,
+        answer: Answer,
+        training: &Training,
+    ) -> Result<Option<Request>, SimulatorError> {
+        let done = match answer {
+            Answer::Reset(response) if self.seen == 0 => {
+                Done::Reset(self.conversation.begun(response)?)
+            }
+            Answer::Reset(response) => {
+                return Ok(Some(Request::Step(self.conversation.repeated(response)?)));
+            }
+            Answer::Step(response) => match self.conversation.stepped(response)? {
+                AfterStep::Done(step) => Done::Step(step),
+                AfterStep::Step(request) => return Ok(Some(Request::Step(request))),
+                AfterStep::Reset(request) => return Ok(Some(Request::Reset(request))),
+            },
+        };
+        self.is_deceived |= done != training.undisturbed[self.episode][self.seen];
+        self.seen += 1;
+        if let Some(index) = ACTIONS.get(self.seen - 1) {
+            return Ok(Some(Request::Step(self.conversation.begin_step(action(*index))?)));
+        }
+        (self.episode, self.seen) = (self.episode + 1, 0);
+        let Some(next) = SEEDS.get(self.episode) else {
+            return Ok(None);
+        };
+        let request = self.conversation.begin_episode(seed(*next), SCENARIO.name());
+        Ok(Some(Request::Reset(request)))
     }
 }
 

@@ -7,8 +7,8 @@ use std::{
     time::{Duration, Instant},
 };
 
-use agent_node::learning::{settings::Preset, training::Plan};
 use evac_tests::{Nodes, Outcome, PATIENCE, binary, repository};
+use learning::{settings::Preset, training::Plan};
 use sim_node::world::WorldSettings;
 
 #[test]

@@ -6,9 +6,9 @@ use std::{
     time::{Duration, Instant},
 };
 
-use agent_node::learning::{settings::Preset, training::Plan};
 use evac_msgs::{ActionCommand, EpisodeStatus, QValues, Time, TrainingStatus};
 use evac_tests::{Nodes, Outcome, PATIENCE};
+use learning::{settings::Preset, training::Plan};
 use ros_runtime::{
     node::reliable,
     parameters::{ParameterClient, ParameterValue},

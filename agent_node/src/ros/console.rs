@@ -5,7 +5,8 @@ use std::io::{IsTerminal, Write};
 use indicatif::{ProgressBar, ProgressStyle};
 use log::info;
 
-use crate::learning::{evaluation::TestEpisode, record::Records, training::Training};
+use learning::{record::Records, training::Training};
+use task::TestEpisode;
 
 /// How many episodes "recent" are.
 const RECENT: usize = 50;

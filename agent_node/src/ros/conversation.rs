@@ -8,44 +8,19 @@ use std::num::{NonZeroU32, NonZeroU64};
 
 use evac_msgs::{Header, reset, status, step};
 use log::warn;
-use task::{Action, Image};
+use task::{Action, Image, Step};
 
-use crate::environment::{EnvironmentError, Step};
+use super::simulator_error::SimulatorError;
 
-/// What is asked of a simulator.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub enum Request {
-    /// By `/reset`.
-    Reset(reset::Request),
-    /// By `/step`.
+/// What follows from the answer to a step.
+#[derive(Clone, Debug, PartialEq)]
+pub enum AfterStep {
+    /// The step that was begun is done.
+    Done(Step),
+    /// There is another step to ask for.
     Step(step::Request),
-}
-
-/// What it answers.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Answer {
-    /// To a reset.
-    Reset(reset::Response),
-    /// To a step.
-    Step(step::Response),
-}
-
-/// What follows from an answer.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Next {
-    /// There is more to ask.
-    Ask(Request),
-    /// What was begun is done.
-    Done(Done),
-}
-
-/// What was begun, and has come to its end.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Done {
-    /// An episode has begun, and the robot sees this.
-    Reset(Image),
-    /// A step has been taken.
-    Step(Step),
+    /// The simulator was restarted: the episode has to be begun once more.
+    Reset(reset::Request),
 }
 
 /// An agent's side of its episodes with one simulator.
@@ -86,8 +61,8 @@ impl Conversation {
         self.episode.as_ref().map(|episode| &episode.header)
     }
 
-    /// Begins an episode: what is to be asked first.
-    pub fn begin_episode(&mut self, seed: NonZeroU64, scenario: &str) -> Request {
+    /// Begins an episode: what to ask. The answer goes to [`begun`](Self::begun).
+    pub fn begin_episode(&mut self, seed: NonZeroU64, scenario: &str) -> reset::Request {
         let episode = self.episode.insert(Episode {
             seed,
             scenario: scenario.to_owned(),
@@ -101,111 +76,129 @@ impl Conversation {
         episode.reset(&mut self.request)
     }
 
-    /// Begins a step: what is to be asked first.
-    pub fn begin_step(&mut self, action: Action) -> Result<Request, EnvironmentError> {
+    /// The first image of the episode, from the answer to [`begin_episode`](Self::begin_episode)'s
+    /// request.
+    ///
+    /// # Errors
+    ///
+    /// The simulator refuses, or sends no image of the camera.
+    pub fn begun(&mut self, answer: reset::Response) -> Result<Image, SimulatorError> {
+        let episode = self.episode.as_mut().ok_or(SimulatorError::NoEpisode)?;
+        episode.begin(answer)
+    }
+
+    /// Begins a step: what to ask. The answer goes to [`stepped`](Self::stepped).
+    ///
+    /// # Errors
+    ///
+    /// No episode has begun.
+    pub fn begin_step(&mut self, action: Action) -> Result<step::Request, SimulatorError> {
         // An episode that has shown nothing has not been begun by a simulator yet.
         let episode = self.episode.as_mut().filter(|episode| episode.image.is_some());
-        let episode = episode.ok_or(EnvironmentError::NotBegun("episode"))?;
+        let episode = episode.ok_or(SimulatorError::NoEpisode)?;
         episode.begun = Some(action);
         Ok(episode.step(action))
     }
 
-    /// Takes in the answer to the latest request.
-    pub fn hear(&mut self, answer: Answer) -> Result<Next, EnvironmentError> {
-        let episode = self.episode.as_mut().ok_or(EnvironmentError::NotBegun("episode"))?;
-        match answer {
-            Answer::Reset(response) => {
-                check(response.status, response.message)?;
-                let shown = image(&response.image)?;
-                episode.number = response.episode;
-                episode.taken = 0;
-                episode.header = response.image.header;
-                episode.go_on(shown)
-            }
-            Answer::Step(response) if response.status == status::SIMULATOR_RESTARTED => {
-                let steps = episode.actions.len();
-                warn!("the simulator was restarted: repeating {steps} steps");
-                Ok(Next::Ask(episode.reset(&mut self.request)))
-            }
-            Answer::Step(response) => {
-                check(response.status, response.message)?;
-                let shown = image(&response.image)?;
-                episode.header = response.image.header;
-                episode.taken += 1;
-                if episode.taken <= episode.actions.len() {
-                    return episode.go_on(shown);
-                }
-                episode.actions.extend(episode.begun.take());
-                episode.image = Some(shown.clone());
-                Ok(Next::Done(Done::Step(Step {
-                    image: shown,
-                    reward: response.reward,
-                    terminated: response.terminated,
-                    truncated: response.truncated,
-                    blocked: response.blocked,
-                })))
-            }
+    /// What follows from the answer to the latest request for a step.
+    ///
+    /// # Errors
+    ///
+    /// The simulator refuses, or sends no image of the camera, or another one than before.
+    pub fn stepped(&mut self, answer: step::Response) -> Result<AfterStep, SimulatorError> {
+        let episode = self.episode.as_mut().ok_or(SimulatorError::NoEpisode)?;
+        if answer.status == status::SIMULATOR_RESTARTED {
+            let steps = episode.actions.len();
+            warn!("the simulator was restarted: repeating {steps} steps");
+            return Ok(AfterStep::Reset(episode.reset(&mut self.request)));
         }
+        check(answer.status, answer.message)?;
+        let shown = image(&answer.image)?;
+        episode.header = answer.image.header;
+        episode.taken += 1;
+        if episode.taken <= episode.actions.len() {
+            return Ok(AfterStep::Step(episode.repeat(&shown)?));
+        }
+        episode.actions.extend(episode.begun.take());
+        episode.image = Some(shown.clone());
+        Ok(AfterStep::Done(Step {
+            image: shown,
+            reward: answer.reward,
+            terminated: answer.terminated,
+            truncated: answer.truncated,
+            blocked: answer.blocked,
+        }))
+    }
+
+    /// The step to ask for after the answer to the reset of [`AfterStep::Reset`].
+    ///
+    /// # Errors
+    ///
+    /// The simulator refuses, or sends no image of the camera, or another one than before.
+    pub fn repeated(&mut self, answer: reset::Response) -> Result<step::Request, SimulatorError> {
+        let episode = self.episode.as_mut().ok_or(SimulatorError::NoEpisode)?;
+        let before = episode.image.clone();
+        let shown = episode.begin(answer)?;
+        episode.image = before;
+        episode.repeat(&shown)
     }
 }
 
 impl Episode {
     /// The reset that begins the episode, or begins it anew, under the next number.
-    fn reset(&self, request: &mut u64) -> Request {
+    fn reset(&self, request: &mut u64) -> reset::Request {
         *request += 1;
-        Request::Reset(reset::Request {
-            request: *request,
-            seed: self.seed.get(),
-            scenario: self.scenario.clone(),
-        })
+        reset::Request { request: *request, seed: self.seed.get(), scenario: self.scenario.clone() }
     }
 
     /// The next step, with this action.
-    fn step(&self, action: Action) -> Request {
-        Request::Step(step::Request {
-            episode: self.number,
-            step: self.taken as u32 + 1,
-            action: action.index(),
-        })
+    fn step(&self, action: Action) -> step::Request {
+        step::Request { episode: self.number, step: self.taken as u32 + 1, action: action.index() }
     }
 
-    /// What follows when the room shows an image that it must have shown before, if the episode is
-    /// being repeated.
-    fn go_on(&mut self, shown: Image) -> Result<Next, EnvironmentError> {
+    /// What the simulator shows as it begins the episode.
+    fn begin(&mut self, answer: reset::Response) -> Result<Image, SimulatorError> {
+        check(answer.status, answer.message)?;
+        let shown = image(&answer.image)?;
+        self.number = answer.episode;
+        self.taken = 0;
+        self.header = answer.image.header;
+        self.image = Some(shown.clone());
+        Ok(shown)
+    }
+
+    /// The next step of an episode that is being repeated, which shows this image.
+    fn repeat(&self, shown: &Image) -> Result<step::Request, SimulatorError> {
         if let Some(action) = self.actions.get(self.taken) {
-            return Ok(Next::Ask(self.step(*action)));
+            return Ok(self.step(*action));
         }
-        let expected = self.image.get_or_insert_with(|| shown.clone());
-        if *expected != shown {
-            let step = self.taken as u32;
-            return Err(EnvironmentError::NotRepeatable { step, seed: self.seed.get() });
+        if self.image.as_ref() != Some(shown) {
+            return Err(SimulatorError::NotRepeatable { step: self.taken, seed: self.seed });
         }
-        Ok(match self.begun {
-            Some(action) => Next::Ask(self.step(action)),
-            None => Next::Done(Done::Reset(shown)),
-        })
+        let action = self.begun.ok_or(SimulatorError::NoEpisode)?;
+        Ok(self.step(action))
     }
 }
 
 /// Whether an answer says that what was asked is done, or why it is not.
-fn check(code: u8, message: String) -> Result<(), EnvironmentError> {
+fn check(code: u8, message: String) -> Result<(), SimulatorError> {
     match code {
         status::OK => Ok(()),
-        status::SUPERSEDED => Err(EnvironmentError::TakenOver(message)),
-        other => Err(EnvironmentError::Refused(format!("{}: {message}", status::name(other)))),
+        status::SUPERSEDED => Err(SimulatorError::TakenOver(message)),
+        other => Err(SimulatorError::Refused(format!("{}: {message}", status::name(other)))),
     }
 }
 
 /// The image of a message, if it is one of the camera that the networks know.
-pub fn image(message: &evac_msgs::Image) -> Result<Image, EnvironmentError> {
+pub fn image(message: &evac_msgs::Image) -> Result<Image, SimulatorError> {
     let (width, height, encoding) = (message.width, message.height, message.encoding.as_str());
     if (width, height, encoding, message.step) != (20, 7, "rgb8", 60) {
-        return Err(EnvironmentError::BadImage(format!(
+        return Err(SimulatorError::BadImage(format!(
             "an image of {width} x {height} pixels, encoding '{encoding}', {} bytes a row: expected \
              20 x 7, rgb8, 60",
             message.step
         )));
     }
     Image::try_from(message.data.as_slice())
-        .map_err(|error| EnvironmentError::BadImage(error.to_string()))
+        .map_err(|error| SimulatorError::BadImage(error.to_string()))
 }

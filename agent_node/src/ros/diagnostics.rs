@@ -8,7 +8,7 @@ use std::{
 use ros_runtime::diagnostics::{Diagnostics, Level, Report};
 
 use super::console::recent_success;
-use crate::learning::training::Training;
+use learning::training::Training;
 
 /// How far a training is.
 #[derive(Clone, Debug, Default)]

@@ -11,7 +11,7 @@ use ros_runtime::{
 };
 
 use super::{conversation::image, diagnostics::DriverState, parameters::TrainedModel};
-use crate::learning::driver::{Driver, Reaction};
+use learning::driver::{Driver, Reaction};
 
 /// Drives a robot with a trained model, until the node is told to end.
 pub fn drive(arguments: &Arguments) -> anyhow::Result<()> {
@@ -125,10 +125,8 @@ impl Wheel {
             action,
             sent_by_service: false,
         });
-        if let Some(values) = decision.values {
-            let explored = decision.explored;
-            self.q_values.publish_with(|| QValues { header, values, action, explored });
-        }
+        let learning::dyna_q::Decision { values, explored, .. } = decision;
+        self.q_values.publish_with(|| QValues { header, values, action, explored });
     }
 }
 

@@ -3,25 +3,18 @@
 
 use std::{num::NonZeroU64, time::Duration};
 
-use anyhow::Context;
 use log::warn;
-use ros_runtime::parameters::{ParameterClient, ParameterValue};
-use task::Image;
-
-use super::{ground_truth::GroundTruth, simulator::Simulator};
-use crate::{
-    environment::Environment,
-    learning::{
-        evaluation::TestPlan,
-        policy::Policy,
-        scenario::{MIXED, room_of_episode},
-        seeds::{Purpose, episode_seed},
-    },
-    report::{
-        EscapeFigures,
-        escape::{Escape, Moment},
-    },
+use report::{
+    EscapeFigures,
+    escape::{Escape, Moment},
 };
+use ros_runtime::parameters::{ParameterClient, ParameterValue};
+use task::{
+    Environment, Image,
+    seeds::{MIXED, Purpose, episode_scenario, episode_seed},
+};
+
+use super::{ground_truth::GroundTruth, policy_test::PolicyTest};
 
 /// Rooms of the test that are shown, the first ones.
 const ROOMS: u32 = 6;
@@ -66,18 +59,17 @@ impl FixedRoom {
 
 /// The figures of a policy in a scenario; `None`, with a warning, where nobody publishes the ground
 /// truth.
-pub fn figures<'node>(
-    plan: &TestPlan,
-    policy: &mut Policy,
-    room: &mut Simulator<'node>,
+pub(super) fn figures<'node>(
+    test: &mut PolicyTest<'_, 'node>,
     truth: &GroundTruth<'node>,
     parameters: &ParameterClient,
 ) -> anyhow::Result<Option<EscapeFigures>> {
-    let mut recorder = Recorder { plan, policy, room, truth };
+    let plan = test.plan.clone();
+    let mut recorder = Recorder { test, truth };
     let mut rooms = Vec::new();
     for episode in 0..plan.episodes.min(ROOMS) {
         let seed = episode_seed(Purpose::Test, plan.seed, episode);
-        let scenario = room_of_episode(&plan.scenario, Purpose::Test, plan.seed, episode);
+        let scenario = episode_scenario(&plan.scenario, Purpose::Test, plan.seed, episode);
         let Some(escape) = recorder.record(seed, scenario)? else {
             warn!("nobody publishes odom and scene: there are no figures of escapes");
             return Ok(None);
@@ -92,21 +84,19 @@ pub fn figures<'node>(
     Ok(Some(EscapeFigures::draw(&rooms, &fixed, moves)))
 }
 
-struct Recorder<'a, 'node> {
-    plan: &'a TestPlan,
-    policy: &'a mut Policy,
-    room: &'a mut Simulator<'node>,
+struct Recorder<'a, 'b, 'node> {
+    test: &'a mut PolicyTest<'b, 'node>,
     truth: &'a GroundTruth<'node>,
 }
 
-impl Recorder<'_, '_> {
+impl Recorder<'_, '_, '_> {
     /// Three escapes from one room; none, with a warning, where the room cannot be held fixed.
     fn fixed(
         &mut self,
         scenario: &str,
         simulator: &ParameterClient,
     ) -> anyhow::Result<Vec<Escape>> {
-        let node = self.room.node();
+        let node = self.test.room.node();
         let before = match node.block_on(simulator.values(DEADLINE)) {
             Ok(values) => values,
             Err(error) => {
@@ -147,7 +137,7 @@ impl Recorder<'_, '_> {
             if !set("fixed_robot", start) {
                 break;
             }
-            let seed = episode_seed(Purpose::Test, self.plan.seed, episode);
+            let seed = episode_seed(Purpose::Test, self.test.plan.seed, episode);
             escapes.extend(self.record(seed, scenario)?);
         }
         Ok(escapes)
@@ -157,8 +147,8 @@ impl Recorder<'_, '_> {
     fn record(&mut self, seed: NonZeroU64, scenario: &str) -> anyhow::Result<Option<Escape>> {
         let mut begun: Option<(Image, _)> = None;
         for _ in 0..ATTEMPTS {
-            let image = self.room.reset(seed, scenario)?;
-            if let Some(seen) = self.truth.at(self.room.stamp()) {
+            let image = self.test.room.reset(seed, scenario)?;
+            if let Some(seen) = self.truth.at(self.test.room.stamp()) {
                 begun = Some((image, seen));
                 break;
             }
@@ -166,19 +156,19 @@ impl Recorder<'_, '_> {
         let Some((mut image, (mut pose, mut scene))) = begun else {
             return Ok(None);
         };
-        self.policy.begin(image.clone());
+        self.test.policy.begin(image.clone());
         let (mut moments, mut escaped) = (Vec::new(), false);
-        for _ in 0..self.plan.max_steps.min(MOST_STEPS) {
-            let decision = self.policy.decide();
-            let values = decision.values.context("a policy always has values")?;
-            let step = self.room.step(&decision)?;
-            let Some((next_pose, next_scene)) = self.truth.at(self.room.stamp()) else {
+        for _ in 0..self.test.plan.max_steps.min(MOST_STEPS) {
+            let decision = self.test.policy.decide();
+            self.test.announcer.announce(&decision);
+            let step = self.test.room.step(decision.action)?;
+            let Some((next_pose, next_scene)) = self.truth.at(self.test.room.stamp()) else {
                 return Ok(None);
             };
-            let (action, blocked) = (decision.action, step.blocked);
+            let (values, action, blocked) = (decision.values, decision.action, step.blocked);
             moments.push(Moment { pose, scene, image, values, action, blocked });
             (pose, scene, image) = (next_pose, next_scene, step.image.clone());
-            self.policy.observe(action, step.image);
+            self.test.policy.observe(action, step.image);
             escaped = step.terminated;
             if step.terminated || step.truncated {
                 break;

@@ -15,7 +15,7 @@ use ros_runtime::{
 };
 
 use super::name_in;
-use crate::report::escape::{Pose, Scene, Shape};
+use report::escape::{Pose, Scene, Shape};
 
 /// How long to wait for the messages of an image. They are sent with it, but a scene at most every
 /// 33 ms.

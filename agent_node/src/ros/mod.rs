@@ -1,19 +1,26 @@
 //! The node: the room over DDS, what the node publishes, and its commands.
 
-pub mod commands;
+mod announcer;
+mod common;
 mod console;
 pub mod conversation;
 mod diagnostics;
 pub mod drive;
 mod escapes;
+pub mod evaluate;
 mod ground_truth;
 mod parameters;
+mod policy_test;
 mod publishers;
 mod simulator;
+mod simulator_error;
+pub mod train;
+mod training_listener;
 
 pub use conversation::image;
 pub use parameters::TrainedModel;
 pub use simulator::Simulator;
+pub use simulator_error::SimulatorError;
 
 /// The name of something of a simulator's, which stands in a namespace relative to the node's own;
 /// empty for that one.

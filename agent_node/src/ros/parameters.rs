@@ -6,21 +6,17 @@ use std::{
 };
 
 use anyhow::{Context, anyhow};
+use learning::{
+    checkpoint::load_model,
+    exploration::EpsilonDecay,
+    policy::Policy,
+    run::RunDirectory,
+    settings::{Preset, Settings, TargetUpdate},
+};
 use ros_runtime::parameters::{
     Descriptor, FromParameter, ParameterError, ParameterValue, Parameters, read_file_of,
 };
-use task::Scenario;
-
-use crate::{
-    learning::{
-        checkpoint::load_model,
-        exploration::EpsilonDecay,
-        policy::Policy,
-        scenario::MIXED,
-        settings::{Preset, Settings, TargetUpdate},
-    },
-    run::RunDirectory,
-};
+use task::{Scenario, seeds::MIXED};
 
 /// What a parameter is unless somebody says otherwise: as a trained model's config.yaml says, or
 /// else the program.

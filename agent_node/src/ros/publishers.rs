@@ -4,7 +4,7 @@ use evac_msgs::{Header, TrainingStatus};
 use ros_runtime::{Clock, Publisher};
 
 use super::console::recent_success;
-use crate::learning::{record::EpisodeRecord, training::Training};
+use learning::{record::EpisodeRecord, training::Training};
 
 /// Publishes `training_status` after each episode.
 pub(super) fn publish_status(

@@ -4,25 +4,27 @@
 //! for again, which the simulator recognises by its numbers; what else must be asked, and of a
 //! restarted simulator, [`Conversation`] knows.
 
-use std::{num::NonZeroU64, time::Duration};
+use std::{
+    num::NonZeroU64,
+    sync::{Arc, PoisonError},
+    time::Duration,
+};
 
-use evac_msgs::{ActionCommand, Header, QValues, Reset, Step as StepService, Time};
+use evac_msgs::{Reset, RosService, Step as StepService, Time};
 use log::warn;
 use rand::RngExt;
 use ros_runtime::{
-    Node, Publisher,
-    node::{NodeError, reliable},
-    service::{Call, CallError, ServiceClient},
+    Node,
+    node::NodeError,
+    service::{Call, ServiceClient},
 };
-use task::Image;
+use task::{Action, Environment, Image, Step};
 
 use super::{
-    conversation::{Answer, Conversation, Done, Next, Request},
+    announcer::{Announcer, LatestHeader},
+    conversation::{AfterStep, Conversation},
     name_in,
-};
-use crate::{
-    environment::{Environment, EnvironmentError, Step},
-    learning::dyna_q::Decision,
+    simulator_error::SimulatorError,
 };
 
 /// The simulator as its clients see it.
@@ -31,70 +33,47 @@ pub struct Simulator<'a> {
     connection: Connection,
     deadline: Option<Duration>,
     conversation: Conversation,
-    /// The reset or the step under way.
-    asked: Option<Asked>,
 }
 
-/// The clients and publishers of the room.
+/// The clients of a simulator's services.
 pub struct Connection {
     reset: ServiceClient<Reset>,
-    step: ServiceClient<StepService>,
-    actions: Publisher<ActionCommand>,
-    q_values: Publisher<QValues>,
-}
-
-/// A request that was sent.
-enum Asked {
-    Reset(Call<Reset>),
-    Step(Call<StepService>),
+    step: Arc<ServiceClient<StepService>>,
+    latest: LatestHeader,
 }
 
 impl Connection {
-    /// Makes the clients and publishers of a simulator in a namespace, which is relative to the
-    /// node's own; empty for that one.
-    pub fn new(node: &mut Node, namespace: &str) -> Result<Connection, NodeError> {
-        let name = |name: &str| name_in(namespace, name);
-        let step = node.create_client::<StepService>(&name("step"))?;
+    /// Makes the clients of a simulator in a namespace, which is relative to the node's own, empty for
+    /// that one; and what publishes the decisions that are sent to it.
+    ///
+    /// # Errors
+    ///
+    /// A client or a publisher cannot be made.
+    pub fn new(node: &mut Node, namespace: &str) -> Result<(Connection, Announcer), NodeError> {
+        let step = Arc::new(node.create_client::<StepService>(&name_in(namespace, "step"))?);
         let latencies = step.latencies().clone();
         node.diagnostics().add(&format!("service {}", step.name()), move || latencies.report());
-        Ok(Connection {
-            reset: node.create_client::<Reset>(&name("reset"))?,
-            step,
-            actions: node.create_publisher(&name("action"), reliable(1))?,
-            q_values: node.create_publisher(&name("q_values"), reliable(10))?,
-        })
-    }
-
-    fn send(&self, request: Request) -> Asked {
-        match request {
-            Request::Reset(request) => Asked::Reset(self.reset.send(request)),
-            Request::Step(request) => Asked::Step(self.step.send(request)),
-        }
-    }
-
-    async fn answer(
-        &self,
-        asked: Asked,
-        deadline: Option<Duration>,
-    ) -> Result<Answer, EnvironmentError> {
-        let answer = match asked {
-            Asked::Reset(call) => self.reset.answer(call, deadline).await.map(Answer::Reset),
-            Asked::Step(call) => self.step.answer(call, deadline).await.map(Answer::Step),
-        };
-        answer.map_err(unreachable)
+        let reset = node.create_client::<Reset>(&name_in(namespace, "reset"))?;
+        let latest = LatestHeader::default();
+        let announcer = Announcer::new(node, namespace, step.clone(), latest.clone())?;
+        Ok((Connection { reset, step, latest }, announcer))
     }
 }
 
 impl<'a> Simulator<'a> {
     /// Waits until the simulator is there; it must answer each call within the deadline, if there
     /// is one.
+    ///
+    /// # Errors
+    ///
+    /// There is no simulator within the deadline, or the node shuts down.
     pub fn connect(
         node: &'a Node,
         connection: Connection,
         deadline: Option<Duration>,
-    ) -> Result<Simulator<'a>, EnvironmentError> {
-        node.block_on(connection.reset.wait_until_ready(deadline)).map_err(unreachable)?;
-        node.block_on(connection.step.wait_until_ready(deadline)).map_err(unreachable)?;
+    ) -> Result<Simulator<'a>, SimulatorError> {
+        node.block_on(connection.reset.wait_until_ready(deadline))?;
+        node.block_on(connection.step.wait_until_ready(deadline))?;
         let simulators = connection.reset.servers();
         if simulators > 1 {
             let service = connection.reset.name();
@@ -104,7 +83,7 @@ impl<'a> Simulator<'a> {
             );
         }
         let conversation = Conversation::new(rand::rng().random());
-        Ok(Simulator { node, connection, deadline, conversation, asked: None })
+        Ok(Simulator { node, connection, deadline, conversation })
     }
 
     /// The node that speaks with the simulator.
@@ -117,72 +96,69 @@ impl<'a> Simulator<'a> {
         self.conversation.header().map_or_else(Time::default, |header| header.stamp)
     }
 
-    fn publish(&self, decision: &Decision) {
-        let (Some(values), Some(header)) = (decision.values, self.conversation.header()) else {
-            return;
-        };
-        let action = decision.action.index();
-        // The simulator has it already, and would only throw it away.
-        if self.connection.actions.has_readers_besides(&self.connection.step) {
-            self.connection.actions.publish_with(|| ActionCommand {
-                header: Header { stamp: header.stamp, ..Header::default() },
-                action,
-                sent_by_service: true,
-            });
+    /// Lets the announcer know which image was seen last.
+    fn note_header(&self) {
+        let mut latest = self.connection.latest.lock().unwrap_or_else(PoisonError::into_inner);
+        match (self.conversation.header(), &mut *latest) {
+            // Without an allocation at each step.
+            (Some(header), Some(latest)) => latest.clone_from(header),
+            (header, latest) => *latest = header.cloned(),
         }
-        self.connection.q_values.publish_with(|| QValues {
-            header: header.clone(),
-            values,
-            action,
-            explored: decision.explored,
-        });
     }
 
-    /// Asks until what was begun is done, whatever happens to the simulator meanwhile.
-    fn finish(&mut self, begun: &'static str) -> Result<Done, EnvironmentError> {
-        let mut asked = self.asked.take().ok_or(EnvironmentError::NotBegun(begun))?;
-        loop {
-            let answer = self.node.block_on(self.connection.answer(asked, self.deadline))?;
-            match self.conversation.hear(answer)? {
-                Next::Ask(request) => asked = self.connection.send(request),
-                Next::Done(done) => return Ok(done),
-            }
-        }
+    fn answer<S: RosService>(
+        &self,
+        client: &ServiceClient<S>,
+        call: Call<S>,
+    ) -> Result<S::Response, SimulatorError> {
+        Ok(self.node.block_on(client.answer(call, self.deadline))?)
     }
 }
 
 impl Environment for Simulator<'_> {
-    fn begin_reset(&mut self, seed: NonZeroU64, scenario: &str) -> Result<(), EnvironmentError> {
+    type Error = SimulatorError;
+    type PendingReset = Call<Reset>;
+    type PendingStep = Call<StepService>;
+
+    fn begin_reset(
+        &mut self,
+        seed: NonZeroU64,
+        scenario: &str,
+    ) -> Result<Call<Reset>, SimulatorError> {
         let request = self.conversation.begin_episode(seed, scenario);
-        self.asked = Some(self.connection.send(request));
-        Ok(())
+        Ok(self.connection.reset.send(request))
     }
 
-    fn finish_reset(&mut self) -> Result<Image, EnvironmentError> {
-        match self.finish("reset")? {
-            Done::Reset(image) => Ok(image),
-            Done::Step(_) => Err(EnvironmentError::NotBegun("reset")),
+    fn finish_reset(&mut self, pending: Call<Reset>) -> Result<Image, SimulatorError> {
+        let answer = self.answer(&self.connection.reset, pending)?;
+        let image = self.conversation.begun(answer)?;
+        self.note_header();
+        Ok(image)
+    }
+
+    fn begin_step(&mut self, action: Action) -> Result<Call<StepService>, SimulatorError> {
+        let request = self.conversation.begin_step(action)?;
+        Ok(self.connection.step.send(request))
+    }
+
+    /// Asks until the step is done, whatever happens to the simulator meanwhile.
+    fn finish_step(&mut self, pending: Call<StepService>) -> Result<Step, SimulatorError> {
+        let mut pending = pending;
+        loop {
+            let answer = self.answer(&self.connection.step, pending)?;
+            let request = match self.conversation.stepped(answer)? {
+                AfterStep::Done(step) => {
+                    self.note_header();
+                    return Ok(step);
+                }
+                AfterStep::Step(request) => request,
+                AfterStep::Reset(request) => {
+                    let call = self.connection.reset.send(request);
+                    let answer = self.answer(&self.connection.reset, call)?;
+                    self.conversation.repeated(answer)?
+                }
+            };
+            pending = self.connection.step.send(request);
         }
-    }
-
-    fn begin_step(&mut self, decision: &Decision) -> Result<(), EnvironmentError> {
-        let request = self.conversation.begin_step(decision.action)?;
-        self.asked = Some(self.connection.send(request));
-        self.publish(decision);
-        Ok(())
-    }
-
-    fn finish_step(&mut self) -> Result<Step, EnvironmentError> {
-        match self.finish("step")? {
-            Done::Step(step) => Ok(step),
-            Done::Reset(_) => Err(EnvironmentError::NotBegun("step")),
-        }
-    }
-}
-
-fn unreachable(error: CallError) -> EnvironmentError {
-    match error {
-        CallError::Shutdown => EnvironmentError::Shutdown,
-        other => EnvironmentError::Unreachable(other),
     }
 }

@@ -2,6 +2,8 @@
 
 use std::f64::consts::FRAC_PI_4;
 
+use serde::{Deserialize, Serialize};
+
 /// How far the robot moves in one step, in metres: half a foot.
 ///
 /// The paper's text and equation 3 say 0.5 ft; the "0.5 meters" in its figure caption is a slip.
@@ -12,7 +14,8 @@ pub const STEP_LENGTH: f64 = 0.1524;
 ///
 /// Made from the index that policies and messages use: 0 turns by -135 degrees (right), 3 goes
 /// straight on, 6 turns by 135 degrees (left).
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(try_from = "u8", into = "u8")]
 pub struct Action(u8);
 
 impl Action {
@@ -54,6 +57,12 @@ impl Action {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("action {0} does not exist: expected 0 to 6")]
 pub struct InvalidAction(pub u8);
+
+impl From<Action> for u8 {
+    fn from(action: Action) -> u8 {
+        action.0
+    }
+}
 
 impl TryFrom<u8> for Action {
     type Error = InvalidAction;

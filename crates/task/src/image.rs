@@ -37,18 +37,6 @@ impl Image {
         }
         mirrored
     }
-
-    /// Writes the image as a network's input: every byte divided by 255.
-    #[inline(always)]
-    pub fn write_input(bytes: &[u8; Image::BYTES], input: &mut [f32; Image::BYTES]) {
-        // Division is slow; a product and its correction give the same quotient to the last bit.
-        const SHARE: f32 = 1.0 / 255.0;
-        for (value, byte) in input.iter_mut().zip(bytes) {
-            let byte = f32::from(*byte);
-            let quotient = byte * SHARE;
-            *value = quotient.mul_add(-255.0, byte).mul_add(SHARE, quotient);
-        }
-    }
 }
 
 impl TryFrom<&[u8]> for Image {
@@ -57,19 +45,5 @@ impl TryFrom<&[u8]> for Image {
     fn try_from(bytes: &[u8]) -> Result<Image, WrongSize> {
         let bytes: [u8; Image::BYTES] = bytes.try_into().map_err(|_| WrongSize(bytes.len()))?;
         Ok(Image(Box::new(bytes)))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_input_is_the_byte_divided_by_255() {
-        for byte in 0..=255 {
-            let mut input = [0.0; Image::BYTES];
-            Image::write_input(&[byte; Image::BYTES], &mut input);
-            assert_eq!(input, [f32::from(byte) / 255.0; Image::BYTES]);
-        }
     }
 }

@@ -16,7 +16,6 @@ mod motion;
 mod obstacles;
 mod oracle;
 mod placement;
-mod random;
 mod robot;
 mod room;
 mod spacing;
@@ -27,7 +26,7 @@ use std::f64::consts::FRAC_PI_4;
 use std::num::NonZeroU64;
 
 use nalgebra::{Isometry2, Point2};
-use task::{Action, Scenario};
+use task::{Action, EXIT_REWARD, Random, STEP_REWARD, Scenario};
 
 pub use concave_wall::{CONCAVE_WALL_HEIGHT, ConcaveWall};
 pub use cylinder::{CYLINDER_HEIGHT, CYLINDER_RADIUS, Cylinder};
@@ -41,11 +40,7 @@ pub use room::{ROOM_SIDE, WALL_HEIGHT, Wall};
 
 use obstacles::Obstacles;
 use placement::{Placement, Rules};
-use random::Random;
 use robot::Footprint;
-
-/// The reward of a step that does not lead out (the paper, section 2.1).
-const STEP_REWARD: f32 = -0.1;
 
 /// What a world is like, whatever the scenario.
 #[derive(Debug, Clone, PartialEq)]
@@ -121,7 +116,7 @@ impl World {
         seed: u64,
     ) -> Result<Self, PlacementError> {
         let concave_wall = ConcaveWall::new();
-        let mut own_random = Random::from_seed(seed);
+        let mut own_random = Random::from_key([seed, 0, 0, 0]);
         let rules = Rules::new(scenario, &concave_wall);
         let placement = rules.place(&settings.layout, None, &mut own_random)?;
         Ok(Self {
@@ -167,8 +162,10 @@ impl World {
             && scenario == self.scenario
             && (fixed.is_none() || *fixed == self.fixed_cylinders);
         let kept = keeps_cylinders.then(|| self.cylinders.clone());
-        let mut random =
-            seed.map_or_else(|| self.own_random.clone(), |seed| Random::from_seed(seed.get()));
+        let mut random = seed.map_or_else(
+            || self.own_random.clone(),
+            |seed| Random::from_key([seed.get(), 0, 0, 0]),
+        );
         let rules = Rules::new(scenario, &self.concave_wall);
         let placement = rules.place(&self.settings.layout, kept, &mut random)?;
 
@@ -218,7 +215,7 @@ impl World {
         self.steps += 1;
         let truncated = !terminated && self.steps >= self.settings.max_steps;
         self.over = terminated || truncated;
-        let reward = if terminated { 0.0 } else { STEP_REWARD };
+        let reward = if terminated { EXIT_REWARD } else { STEP_REWARD };
         Ok(Outcome { reward, terminated, truncated, blocked })
     }
 

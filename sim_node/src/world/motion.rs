@@ -1,9 +1,11 @@
 //! How moving cylinders move.
 
+use std::f64::consts::PI;
+
 use nalgebra::{Point2, UnitComplex, Vector2};
+use task::Random;
 
 use super::cylinder::{self, Cylinder};
-use super::random::Random;
 use super::robot::Footprint;
 use super::spacing::Spacing;
 
@@ -30,7 +32,7 @@ pub(super) fn wander(
         if is_free(&next, index, cylinders, robot) {
             pose.translation = next.into();
         } else {
-            pose.rotation = UnitComplex::new(random.heading());
+            pose.rotation = UnitComplex::new(random.within(PI));
         }
         cylinders[index].pose = pose;
     }

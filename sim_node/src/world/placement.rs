@@ -1,13 +1,14 @@
 //! Where everything is at the start of an episode.
 
+use std::f64::consts::PI;
+
 use nalgebra::{Isometry2, Point2, UnitComplex, Vector2, distance};
-use task::Scenario;
+use task::{Random, Scenario};
 
 use super::concave_wall::ConcaveWall;
 use super::cylinder::Cylinder;
 use super::exit::{EXIT_REACH, Exit};
 use super::layout::Layout;
-use super::random::Random;
 use super::robot::Footprint;
 use super::room::{ROOM_SIDE, Wall};
 use super::spacing::Spacing;
@@ -153,7 +154,7 @@ impl<'world> Rules<'world> {
         )?;
         if self.scenario.moving() && kept.is_none() {
             for cylinder in &mut cylinders {
-                cylinder.pose.rotation = UnitComplex::new(random.heading());
+                cylinder.pose.rotation = UnitComplex::new(random.within(PI));
             }
         }
         Ok(Placement { exit, cylinders, robot })
@@ -279,7 +280,7 @@ fn random_exit(random: &mut Random) -> Exit {
 fn random_robot(random: &mut Random) -> Isometry2<f64> {
     let half = ROOM_SIDE / 2.0;
     let centre = Vector2::new(random.within(half), random.within(half));
-    Isometry2::new(centre, random.heading())
+    Isometry2::new(centre, random.within(PI))
 }
 
 #[cfg(test)]

@@ -2,12 +2,9 @@
 
 use std::{collections::BTreeMap, fs, path::Path};
 
-use agent_node::{
-    learning::{checkpoint::model_bytes, training::Training},
-    run::RunDirectory,
-};
 use evac_fuzz::{Files, Room, Silent, plan, settings};
 use evac_msgs::{ActionCommand, Image, reset, step};
+use learning::{checkpoint::model_bytes, run::RunDirectory, training::Training};
 use ros_runtime::parameters::ParameterValue;
 use ros2_client::{
     parameters::raw::{Parameter, ParameterValue as Message},

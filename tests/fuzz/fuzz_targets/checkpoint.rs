@@ -2,7 +2,7 @@
 
 #![no_main]
 
-use agent_node::learning::training::Training;
+use learning::training::Training;
 use evac_fuzz::{Files, Room, Silent, plan, settings};
 use libfuzzer_sys::fuzz_target;
 

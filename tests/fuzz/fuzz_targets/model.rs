@@ -3,7 +3,8 @@
 
 #![no_main]
 
-use agent_node::{ros::TrainedModel, run::RunDirectory};
+use agent_node::ros::TrainedModel;
+use learning::run::RunDirectory;
 use libfuzzer_sys::fuzz_target;
 use ros_runtime::{Arguments, names::Naming, parameters::Parameters};
 use task::Image;

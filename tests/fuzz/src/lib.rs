@@ -6,16 +6,12 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use agent_node::{
-    environment::{Environment, EnvironmentError, Step},
-    learning::{
-        dyna_q::Decision,
-        record::EpisodeRecord,
-        settings::{Preset, Settings},
-        training::{Listener, Plan, Training},
-    },
+use learning::{
+    record::EpisodeRecord,
+    settings::{Preset, Settings},
+    training::{Listener, Plan, Training},
 };
-use task::Image;
+use task::{Action, Environment, Image, STEP_REWARD, Step};
 use tempfile::TempDir;
 
 /// Files in a directory of their own, which goes with this value.
@@ -79,31 +75,47 @@ impl Room {
         Image::try_from([self.steps % 3; Image::BYTES].as_slice()).expect("an image")
     }
 
-    fn answer(&mut self) -> Result<(), EnvironmentError> {
-        self.left = self.left.checked_sub(1).ok_or(EnvironmentError::Shutdown)?;
+    fn answer(&mut self) -> Result<(), Silence> {
+        self.left = self.left.checked_sub(1).ok_or(Silence)?;
         Ok(())
     }
 }
 
+/// A room that answers no more.
+#[derive(Debug)]
+pub struct Silence;
+
+impl std::error::Error for Silence {}
+
+impl std::fmt::Display for Silence {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("the room answers no more")
+    }
+}
+
 impl Environment for Room {
-    fn begin_reset(&mut self, _: NonZeroU64, _: &str) -> Result<(), EnvironmentError> {
+    type Error = Silence;
+    type PendingReset = ();
+    type PendingStep = ();
+
+    fn begin_reset(&mut self, _: NonZeroU64, _: &str) -> Result<(), Silence> {
         self.steps = 0;
         self.answer()
     }
 
-    fn finish_reset(&mut self) -> Result<Image, EnvironmentError> {
+    fn finish_reset(&mut self, (): ()) -> Result<Image, Silence> {
         Ok(self.image())
     }
 
-    fn begin_step(&mut self, _: &Decision) -> Result<(), EnvironmentError> {
+    fn begin_step(&mut self, _: Action) -> Result<(), Silence> {
         self.answer()
     }
 
-    fn finish_step(&mut self) -> Result<Step, EnvironmentError> {
+    fn finish_step(&mut self, (): ()) -> Result<Step, Silence> {
         self.steps += 1;
         let terminated = self.steps == 10;
         let image = self.image();
-        Ok(Step { image, reward: -0.1, terminated, truncated: false, blocked: false })
+        Ok(Step { image, reward: STEP_REWARD, terminated, truncated: false, blocked: false })
     }
 }
 

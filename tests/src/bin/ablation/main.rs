@@ -14,22 +14,20 @@ use std::{
     },
 };
 
-use agent_node::{
-    learning::{
-        evaluation::{Evaluation, TestPlan, run_test},
-        settings::Settings,
-        training::{Plan, Training},
-    },
-    run::RunDirectory,
-};
 use anyhow::Context;
 use clap::Parser;
 use evac_tests::{Room, Silent};
+use learning::{
+    evaluation::{TestPlan, run_test},
+    run::RunDirectory,
+    settings::Settings,
+    training::{Plan, Training},
+};
 use serde::{Deserialize, Serialize};
 use sim_node::world::WorldSettings;
+use task::{Evaluation, Scenario};
 
 use self::variants::{Variant, variants};
-use task::Scenario;
 
 /// The test of a training; its rooms are those of `evaluate.sh`.
 const TEST_EPISODES: u32 = 2000;
@@ -116,7 +114,7 @@ fn main() -> anyhow::Result<()> {
     })?;
     if let Some(page) = &command_line.results {
         let tables = table::tables(&variants, &lock(&figures));
-        agent_node::report::replace_section(page, "ablation", &tables)?;
+        report::replace_section(page, "ablation", &tables)?;
     }
     Ok(())
 }
@@ -154,5 +152,5 @@ fn train_and_test(variant: &Variant, scenario: &str, seed: u64) -> anyhow::Resul
         max_steps: TEST_STEPS,
     };
     let tested = run_test(&test, &mut training.policy()?, &mut room, &mut Silent)?;
-    Ok(Evaluation::new(&test, &tested, None))
+    Ok(test.evaluation(&tested, None))
 }

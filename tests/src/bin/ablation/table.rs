@@ -1,6 +1,6 @@
 //! The figures as tables in Markdown.
 
-use agent_node::learning::evaluation::Evaluation;
+use task::Evaluation;
 use task::Scenario;
 
 use crate::{Figures, variants::Variant};

@@ -1,6 +1,6 @@
 //! The preset, and what is left of it without one ingredient each.
 
-use agent_node::learning::settings::{Preset, Settings, TargetUpdate};
+use learning::settings::{Preset, Settings, TargetUpdate};
 
 /// A training that is compared with others.
 pub struct Variant {

@@ -2,18 +2,15 @@
 
 use std::{num::NonZeroU64, time::Instant};
 
-use agent_node::{
-    environment::Environment,
-    learning::{
-        dyna_q::DynaQ,
-        observation::input_size,
-        settings::{Preset, Settings},
-    },
-};
 use candle_core::{Device, Tensor};
 use evac_tests::Room;
+use learning::{
+    dyna_q::DynaQ,
+    observation::input_size,
+    settings::{Preset, Settings},
+};
 use sim_node::world::WorldSettings;
-use task::Action;
+use task::{Action, Environment};
 
 use crate::median;
 
@@ -94,7 +91,7 @@ fn fill_memory(learner: &mut DynaQ, count: usize) -> anyhow::Result<u64> {
     let mut state = learner.begin_episode(&room.reset(seed, "empty")?);
     for _ in 0..count {
         let decision = learner.act(&[(state, 1.0)]).remove(0);
-        let step = room.step(&decision)?;
+        let step = room.step(decision.action)?;
         state = learner.remember(state, decision.action, &step);
         if step.terminated || step.truncated {
             seed = seed.saturating_add(1);

@@ -5,11 +5,11 @@ use std::{
     process::{Command, Stdio},
 };
 
-use agent_node::learning::{
+use evac_tests::{Nodes, repository};
+use learning::{
     observation::input_size,
     settings::{Preset, Settings},
 };
-use evac_tests::{Nodes, repository};
 use serde_json::Value;
 
 /// What is not installed, or was not asked for, is `None`.

@@ -2,11 +2,11 @@
 
 use std::{fs, time::Duration};
 
-use agent_node::learning::{
+use evac_tests::{Nodes, Room, Silent};
+use learning::{
     settings::Preset,
     training::{Plan, Training},
 };
-use evac_tests::{Nodes, Room, Silent};
 use serde_json::Value;
 use sim_node::world::WorldSettings;
 

@@ -9,7 +9,6 @@ use std::{
     time::{Duration, Instant},
 };
 
-use agent_node::learning::{settings::Preset, training::Plan};
 use anyhow::{anyhow, ensure};
 use clap::Parser;
 use evac_tests::{
@@ -17,6 +16,7 @@ use evac_tests::{
     network::{Faults, Network},
 };
 use indicatif::{ProgressBar, ProgressStyle};
+use learning::{settings::Preset, training::Plan};
 use ros_runtime::{
     discovery::{Discovery, Range},
     security::Security,
