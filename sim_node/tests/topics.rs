@@ -7,13 +7,14 @@ use std::{
     time::Duration,
 };
 
-use evac_msgs::{
-    Image, Reset, RosMessage, Step, Time,
+use evac_msgs::{Reset, Step, reset, status, step};
+use ros_interfaces::{
+    RosMessage,
+    builtin_interfaces::Time,
     nav_msgs::{Odometry, Path},
-    reset,
     rosgraph_msgs::Clock,
     sensor_msgs::CameraInfo,
-    status, step,
+    sensor_msgs::Image,
     tf2_msgs::TFMessage,
     visualization_msgs::MarkerArray,
 };
@@ -60,7 +61,8 @@ impl Room {
         let discovery = Discovery { domain_id, range: Range::Localhost, security: Security::Off };
         let arguments = Arguments::default();
         let mut watcher =
-            Node::with_discovery("watcher", &arguments, discovery.clone()).expect("a node");
+            Node::with_discovery("watcher", &arguments, evac_msgs::DEFINITIONS, discovery.clone())
+                .expect("a node");
         let resets = watcher.create_client("reset").expect("a client");
         let steps = watcher.create_client("step").expect("a client");
         Self { simulator, watcher, resets, steps, discovery }
@@ -68,8 +70,13 @@ impl Room {
 
     /// Another node that watches.
     fn newcomer(&self) -> Node {
-        Node::with_discovery("newcomer", &Arguments::default(), self.discovery.clone())
-            .expect("a node")
+        Node::with_discovery(
+            "newcomer",
+            &Arguments::default(),
+            evac_msgs::DEFINITIONS,
+            self.discovery.clone(),
+        )
+        .expect("a node")
     }
 
     fn reset(&self, request: u64) -> reset::Response {

@@ -59,7 +59,7 @@ impl Liar {
 impl Attacker {
     /// Joins the domain, and makes itself known to whoever serves `/step` in it.
     pub fn new(discovery: Discovery) -> Attacker {
-        let participant = discovery.participant().expect("a participant");
+        let participant = discovery.participant(Default::default()).expect("a participant");
         let publisher = participant.create_publisher(&qos()).expect("a publisher");
         let subscriber = participant.create_subscriber(&qos()).expect("a subscriber");
         let socket = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).expect("a socket");

@@ -16,3 +16,9 @@ pub use nodes::{Nodes, PATIENCE, binary, repository};
 pub use outcome::Outcome;
 pub use room::Room;
 pub use silent::Silent;
+
+/// What all types that cross the wire look like.
+pub fn interfaces() -> ros_interfaces::Interfaces {
+    ros_interfaces::Interfaces::with(evac_msgs::DEFINITIONS)
+        .expect("the definitions are well-formed")
+}

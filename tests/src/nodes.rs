@@ -179,8 +179,13 @@ impl Nodes {
 
     /// As [`Nodes::client`], with keys.
     pub fn client_with(&self, security: Security) -> Node {
-        Node::with_discovery("test_client", &Arguments::default(), self.discovery(security))
-            .expect("a node")
+        Node::with_discovery(
+            "test_client",
+            &Arguments::default(),
+            evac_msgs::DEFINITIONS,
+            self.discovery(security),
+        )
+        .expect("a node")
     }
 
     /// The memory that a node holds, in MB (of 10^6 bytes).

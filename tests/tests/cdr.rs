@@ -9,8 +9,13 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use evac_msgs::{
-    ActionCommand, EpisodeStatus, Header, Image, QValues, Reset, RosMessage, RosService, Step,
-    Time, TrainingStatus, reset, status, step, type_description_interfaces::TypeDescription,
+    ActionCommand, EpisodeStatus, QValues, Reset, Step, TrainingStatus, reset, status, step,
+};
+use evac_tests::interfaces;
+use ros_interfaces::{
+    RosMessage, RosService, builtin_interfaces::Time, nav_msgs::Odometry, sensor_msgs::CameraInfo,
+    sensor_msgs::Image, std_msgs::Header, type_description_interfaces::TypeDescription,
+    visualization_msgs::Marker,
 };
 use rustdds::RepresentationIdentifier;
 use rustdds::serialization::{deserialize_from_cdr_with_rep_id, to_writer_with_rep_id};
@@ -164,8 +169,16 @@ fn training_statuses() -> Vec<TrainingStatus> {
 
 fn type_descriptions() -> Vec<TypeDescription> {
     let names = [Time::full_name(), QValues::full_name(), Step::full_name()];
-    let described = names.iter().map(|name| TypeDescription::of(name).expect("a definition"));
+    let described = names.iter().map(|name| interfaces().describe(name).expect("a definition"));
     [TypeDescription::default()].into_iter().chain(described).collect()
+}
+
+fn odometry() -> Odometry {
+    let mut odometry = Odometry::default();
+    for (index, value) in odometry.pose.covariance.iter_mut().enumerate() {
+        *value = index as f64;
+    }
+    odometry
 }
 
 fn reset_requests() -> Vec<reset::Request> {
@@ -256,6 +269,10 @@ fn every_message_has_the_bytes_of_an_independent_encoder() {
         message_cases(&q_values()),
         message_cases(&training_statuses()),
         message_cases(&type_descriptions()),
+        // Standard messages whose Rust types are generated: arrays of 36, defaults, constants.
+        message_cases(&[odometry()]),
+        message_cases(&[Marker { id: Marker::CYLINDER, ..Marker::default() }]),
+        message_cases(&[CameraInfo { k: [0.5; 9], p: [1.5; 12], ..CameraInfo::default() }]),
         service_cases::<Reset>(&reset_requests(), &reset_responses()),
         service_cases::<Step>(&step_requests(), &step_responses()),
     ]

@@ -4,8 +4,7 @@
 
 use std::time::Duration;
 
-use evac_msgs::type_description_interfaces::TypeDescription;
-use evac_tests::{Nodes, PATIENCE, assert_survives};
+use evac_tests::{Nodes, PATIENCE, assert_survives, interfaces};
 use ros_runtime::{
     corrections::is_corrected,
     parameters::{ParameterClient, ParameterValue},
@@ -69,10 +68,9 @@ fn every_endpoint_announces_the_hash_of_its_type() {
     ];
     let endpoints = endpoints(&nodes, &topics);
     for Endpoint { topic, r#type, user_data } in &endpoints {
-        let description = TypeDescription::of(&ros_name(r#type));
-        let description =
-            description.unwrap_or_else(|| panic!("{topic}: {type} has no definition"));
-        assert_eq!(*user_data, format!("typehash={};", description.hash()), "{topic}: {type}");
+        let hash = interfaces().hash(&ros_name(r#type));
+        let hash = hash.unwrap_or_else(|| panic!("{topic}: {type} has no definition"));
+        assert_eq!(*user_data, format!("typehash={hash};"), "{topic}: {type}");
     }
     for topic in topics {
         assert!(endpoints.iter().any(|endpoint| endpoint.topic == topic), "{topic} is missing");

@@ -6,11 +6,13 @@ use std::{
     time::{Duration, Instant},
 };
 
-use evac_msgs::{
-    ActionCommand, EpisodeStatus, Image, Time,
-    diagnostic_msgs::{DiagnosticArray, DiagnosticStatus},
-};
+use evac_msgs::{ActionCommand, EpisodeStatus};
 use evac_tests::{Nodes, PATIENCE};
+use ros_interfaces::{
+    builtin_interfaces::Time,
+    diagnostic_msgs::{DiagnosticArray, DiagnosticStatus},
+    sensor_msgs::Image,
+};
 use ros_runtime::node::{Node, Subscription, reliable};
 
 const TRAINING: Duration = Duration::from_secs(600);
@@ -40,7 +42,7 @@ fn train(nodes: &mut Nodes) -> (PathBuf, f64) {
     (out, summary["evaluation"]["success_rate"].as_f64().expect("a number"))
 }
 
-fn next<M: evac_msgs::RosMessage>(node: &Node, topic: &Subscription<M>) -> M {
+fn next<M: ros_interfaces::RosMessage>(node: &Node, topic: &Subscription<M>) -> M {
     let next = node.block_on(async { tokio::time::timeout(PATIENCE, topic.async_take()).await });
     next.expect("a message in time").expect("a message that can be read").0
 }

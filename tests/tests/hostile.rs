@@ -3,13 +3,14 @@
 
 use std::{path::Path, time::Duration};
 
-use evac_msgs::{ActionCommand, Image, reset, step};
+use evac_msgs::{ActionCommand, reset, step};
 use evac_tests::{
     Nodes, Outcome, PATIENCE,
     attacker::{Attacker, Liar},
     packets::{DATA_FRAG, Endpoint, GAP, HEARTBEAT, NACK_FRAG, Packets, packet},
 };
 use learning::{settings::Preset, training::Plan};
+use ros_interfaces::sensor_msgs::Image;
 use ros_runtime::{corrections::is_corrected, node::reliable, security::Security};
 use rustdds::{RepresentationIdentifier, serialization::to_writer_with_rep_id};
 use serde::Serialize;

@@ -117,7 +117,12 @@ fn an_answer_that_takes_several_packets_comes() {
     // On the other host, so not in this thread.
     let reader = std::thread::spawn(move || {
         door.enter().expect("it is ours");
-        let mut node = Node::with_discovery("reader", &Arguments::default(), discovery);
+        let mut node = Node::with_discovery(
+            "reader",
+            &Arguments::default(),
+            evac_msgs::DEFINITIONS,
+            discovery,
+        );
         let node = node.as_mut().expect("a node");
         let agent = ParameterClient::new(node, "/agent_node").expect("a client");
         // Twice: what follows such an answer comes, too.

@@ -293,7 +293,8 @@ impl State {
                 && response.status == status::OK
                 && (response.episode, response.step) == (number, request.step)
         } else {
-            response.status != status::OK && response.image == evac_msgs::Image::default()
+            response.status != status::OK
+                && response.image == ros_interfaces::sensor_msgs::Image::default()
         }
     }
 

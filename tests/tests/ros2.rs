@@ -10,8 +10,9 @@ use std::{
     time::{Duration, Instant},
 };
 
-use evac_msgs::{ActionCommand, EpisodeStatus, Header, Image, RosMessage, geometry_msgs::Twist};
+use evac_msgs::{ActionCommand, EpisodeStatus};
 use evac_tests::{Nodes, PATIENCE, repository};
+use ros_interfaces::{RosMessage, geometry_msgs::Twist, sensor_msgs::Image, std_msgs::Header};
 use ros_runtime::node::{Node, Subscription, reliable};
 use tokio::time::timeout;
 

@@ -7,11 +7,12 @@ use std::{
     time::{Duration, Instant},
 };
 
-use evac_msgs::{ActionCommand, Reset, Step, reset, sensor_msgs::Image, step};
+use evac_msgs::{ActionCommand, Reset, Step, reset, step};
 use evac_tests::{
     Nodes, Outcome, PATIENCE, assert_calls_the_services, binary, fast_dds_peer, repository,
 };
 use learning::{settings::Preset, training::Plan};
+use ros_interfaces::sensor_msgs::Image;
 use ros_runtime::{Node, node::reliable, security::Security};
 
 /// A domain in which everybody should have keys.

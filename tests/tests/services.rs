@@ -2,8 +2,9 @@
 
 use std::time::Duration;
 
-use evac_msgs::{ActionCommand, EpisodeStatus, Image, Reset, Step, reset, status, step};
+use evac_msgs::{ActionCommand, EpisodeStatus, Reset, Step, reset, status, step};
 use evac_tests::{Nodes, PATIENCE};
+use ros_interfaces::sensor_msgs::Image;
 use ros_runtime::{
     Node, Publisher,
     node::reliable,

@@ -6,9 +6,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-use evac_msgs::{ActionCommand, EpisodeStatus, QValues, Time, TrainingStatus};
+use evac_msgs::{ActionCommand, EpisodeStatus, QValues, TrainingStatus};
 use evac_tests::{Nodes, Outcome, PATIENCE};
 use learning::{settings::Preset, training::Plan};
+use ros_interfaces::builtin_interfaces::Time;
 use ros_runtime::{
     node::reliable,
     parameters::{ParameterClient, ParameterValue},

@@ -1,13 +1,15 @@
 //! What the nodes say of their types, as a client asks for it over DDS.
 
-use evac_msgs::{
-    EpisodeStatus, Image, QValues, Reset, RosMessage, RosService, Step,
+use evac_msgs::{EpisodeStatus, QValues, Reset, Step};
+use evac_tests::{Nodes, PATIENCE, interfaces};
+use ros_interfaces::{
+    RosMessage, RosService,
+    sensor_msgs::Image,
     type_description_interfaces::{
-        GetTypeDescription, TypeDescription,
+        GetTypeDescription,
         get_type_description::{Request, Response},
     },
 };
-use evac_tests::{Nodes, PATIENCE};
 use ros_runtime::{Node, service::ServiceClient};
 
 /// A client of the simulator's descriptions.
@@ -31,7 +33,7 @@ impl Client {
 
 #[test]
 fn a_node_describes_what_it_uses_and_nothing_else() {
-    /// The value in `msgs/tests/type_hashes.txt`, which ROS 2 computed.
+    /// The value in `crates/ros_interfaces/tests/type_hashes.txt`, which ROS 2 computed.
     const HASH_OF_IMAGE: &str =
         "RIHS01_d31d41a9a4c4bc8eae9be757b0beed306564f7526c88ea6a4588fb9582527d47";
     let mut nodes = Nodes::new();
@@ -41,7 +43,8 @@ fn a_node_describes_what_it_uses_and_nothing_else() {
     let image = client.ask(Image::full_name(), HASH_OF_IMAGE, true);
     assert!(image.successful, "{}", image.failure_reason);
     assert_eq!(image.type_description.type_description.type_name, "sensor_msgs/msg/Image");
-    assert_eq!(image.type_description.hash(), HASH_OF_IMAGE);
+    let types = interfaces();
+    assert_eq!(Some(image.type_description), types.describe(&Image::full_name()));
     let sources = image.type_sources.iter().map(|source| source.type_name.as_str());
     let expected = ["sensor_msgs/msg/Image", "builtin_interfaces/msg/Time", "std_msgs/msg/Header"];
     assert_eq!(sources.collect::<Vec<_>>(), expected);
@@ -56,14 +59,15 @@ fn a_node_describes_what_it_uses_and_nothing_else() {
         "rcl_interfaces/msg/Log".to_owned(),
     ];
     for name in names {
-        let description = TypeDescription::of(&name).expect("a definition");
-        let answer = client.ask(name, &description.hash(), false);
+        let description = types.describe(&name).expect("a definition");
+        let hash = types.hash(&name).expect("a definition");
+        let answer = client.ask(name, &hash, false);
         assert!(answer.successful, "{}", answer.failure_reason);
         assert_eq!((answer.type_description, answer.type_sources), (description, vec![]));
     }
 
     // What only the agent has, and what somebody else defines otherwise.
-    let values = TypeDescription::of(&QValues::full_name()).expect("a definition").hash();
+    let values = types.hash(&QValues::full_name()).expect("a definition");
     let unused = client.ask(QValues::full_name(), &values, true);
     assert!(!unused.successful);
     let reason = "type_name is 'evac_msgs/msg/QValues': this node has ";

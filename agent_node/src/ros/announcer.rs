@@ -2,8 +2,9 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use evac_msgs::{ActionCommand, Header, QValues, Step};
+use evac_msgs::{ActionCommand, QValues, Step};
 use learning::dyna_q::Decision;
+use ros_interfaces::std_msgs::Header;
 use ros_runtime::{
     Node, Publisher,
     node::{NodeError, reliable},

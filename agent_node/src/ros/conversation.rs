@@ -6,8 +6,9 @@
 
 use std::num::{NonZeroU32, NonZeroU64};
 
-use evac_msgs::{Header, reset, status, step};
+use evac_msgs::{reset, status, step};
 use log::warn;
+use ros_interfaces::std_msgs::Header;
 use task::{Action, Image, Step};
 
 use super::simulator_error::SimulatorError;
@@ -190,7 +191,7 @@ fn check(code: u8, message: String) -> Result<(), SimulatorError> {
 }
 
 /// The image of a message, if it is one of the camera that the networks know.
-pub fn image(message: &evac_msgs::Image) -> Result<Image, SimulatorError> {
+pub fn image(message: &ros_interfaces::sensor_msgs::Image) -> Result<Image, SimulatorError> {
     let (width, height, encoding) = (message.width, message.height, message.encoding.as_str());
     if (width, height, encoding, message.step) != (20, 7, "rgb8", 60) {
         return Err(SimulatorError::BadImage(format!(

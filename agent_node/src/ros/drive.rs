@@ -2,8 +2,11 @@
 
 use std::time::{Duration, Instant};
 
-use evac_msgs::{ActionCommand, Header, Image as ImageMessage, QValues, Time};
+use evac_msgs::{ActionCommand, QValues};
 use log::{debug, info, warn};
+use ros_interfaces::{
+    builtin_interfaces::Time, sensor_msgs::Image as ImageMessage, std_msgs::Header,
+};
 use ros_runtime::{
     Arguments, Node, Publisher,
     node::{best_effort, reliable},
@@ -15,7 +18,7 @@ use learning::driver::{Driver, Reaction};
 
 /// Drives a robot with a trained model, until the node is told to end.
 pub fn drive(arguments: &Arguments) -> anyhow::Result<()> {
-    let mut node = Node::new("agent_node", arguments)?;
+    let mut node = Node::new("agent_node", arguments, evac_msgs::DEFINITIONS)?;
     let parameters = node.parameters().clone();
     let model = TrainedModel::declare(&parameters)?;
     let settle_time = parameters.declare(

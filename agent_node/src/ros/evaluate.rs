@@ -22,7 +22,7 @@ use super::{
 /// Arguments, parameters or files are wrong, or the simulator cannot be used.
 pub fn evaluate(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()> {
     let fewest = oracle.map(read_fewest_steps).transpose()?;
-    let mut node = Node::new("agent_node", arguments)?;
+    let mut node = Node::new("agent_node", arguments, evac_msgs::DEFINITIONS)?;
     let parameters = node.parameters().clone();
     let model = TrainedModel::declare(&parameters)?;
     let scenario = scenario(&parameters, &model.defaults)?;

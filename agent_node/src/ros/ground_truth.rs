@@ -3,8 +3,8 @@
 
 use std::time::Duration;
 
-use evac_msgs::{
-    Time,
+use ros_interfaces::{
+    builtin_interfaces::Time,
     geometry_msgs::{Point, Pose as PoseMessage},
     nav_msgs::Odometry,
     visualization_msgs::{Marker, MarkerArray},
@@ -118,7 +118,7 @@ fn is_upright(corners: &[[f64; 2]]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use evac_msgs::geometry_msgs::{Quaternion, Vector3};
+    use ros_interfaces::geometry_msgs::{Quaternion, Vector3};
 
     use super::*;
 

@@ -1,6 +1,7 @@
 //! What the agent says about its training.
 
-use evac_msgs::{Header, TrainingStatus};
+use evac_msgs::TrainingStatus;
+use ros_interfaces::std_msgs::Header;
 use ros_runtime::{Clock, Publisher};
 
 use super::console::recent_success;

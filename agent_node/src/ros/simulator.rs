@@ -10,9 +10,10 @@ use std::{
     time::Duration,
 };
 
-use evac_msgs::{Reset, RosService, Step as StepService, Time};
+use evac_msgs::{Reset, Step as StepService};
 use log::warn;
 use rand::RngExt;
+use ros_interfaces::{RosService, builtin_interfaces::Time};
 use ros_runtime::{
     Node,
     node::NodeError,

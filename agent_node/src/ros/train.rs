@@ -41,7 +41,7 @@ const MOST_SIMULATORS: u64 = 64;
 /// What has been learned is saved all the same.
 pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()> {
     let fewest = oracle.map(read_fewest_steps).transpose()?;
-    let mut node = Node::new("agent_node", arguments)?;
+    let mut node = Node::new("agent_node", arguments, evac_msgs::DEFINITIONS)?;
     let options = Options::declare(node.parameters())?;
     let namespaces = options.namespaces();
     let common = Common::declare(&mut node, &namespaces[0])?;

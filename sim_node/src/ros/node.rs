@@ -27,7 +27,7 @@ use crate::world::World;
 
 /// Runs the simulator until it is told to end.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let mut node = Node::new("sim_node", arguments)?;
+    let mut node = Node::new("sim_node", arguments, evac_msgs::DEFINITIONS)?;
     let parameters = node.parameters().clone();
     let room = declare_room(&parameters)?;
     let step_duration = parameters.declare(

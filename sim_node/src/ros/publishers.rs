@@ -2,15 +2,16 @@
 
 use std::{future, time::Duration};
 
-use evac_msgs::{
-    EpisodeStatus, Image,
+use evac_msgs::EpisodeStatus;
+use futures::Stream;
+use ros_interfaces::{
     nav_msgs::{Odometry, Path},
     rosgraph_msgs::Clock,
     sensor_msgs::CameraInfo,
+    sensor_msgs::Image,
     tf2_msgs::TFMessage,
     visualization_msgs::MarkerArray,
 };
-use futures::Stream;
 use ros_runtime::{
     Node, Publisher,
     node::{LatchedPublisher, NodeError, latched, reliable},

@@ -10,9 +10,10 @@ use std::{
     num::{NonZeroU32, NonZeroU64},
 };
 
-use evac_msgs::{ActionCommand, EpisodeStatus, Header, Image, Time, reset, status, step};
+use evac_msgs::{ActionCommand, EpisodeStatus, reset, status, step};
 use nalgebra::Isometry2;
 use rand::RngExt;
+use ros_interfaces::{builtin_interfaces::Time, sensor_msgs::Image, std_msgs::Header};
 use task::{Action, Scenario};
 
 use super::messages;

@@ -3,7 +3,8 @@
 use std::{collections::BTreeMap, fs, path::Path};
 
 use evac_fuzz::{Files, Room, Silent, plan, settings};
-use evac_msgs::{ActionCommand, Image, reset, step};
+use evac_msgs::{ActionCommand, reset, step};
+use ros_interfaces::{sensor_msgs::Image};
 use learning::{checkpoint::model_bytes, run::RunDirectory, training::Training};
 use ros_runtime::parameters::ParameterValue;
 use ros2_client::{

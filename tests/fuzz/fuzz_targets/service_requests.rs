@@ -6,7 +6,8 @@
 use std::cell::RefCell;
 
 use agent_node::ros::image;
-use evac_msgs::{ActionCommand, Image, reset, step};
+use evac_msgs::{ActionCommand, reset, step};
+use ros_interfaces::{sensor_msgs::Image};
 use learning::{checkpoint::model_bytes, run::RunDirectory, training::Training};
 use libfuzzer_sys::fuzz_target;
 use rustdds::{RepresentationIdentifier, serialization::deserialize_from_cdr_with_rep_id};

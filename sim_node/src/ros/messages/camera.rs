@@ -1,7 +1,8 @@
 //! What the camera sees, and how it sees it.
 
-use evac_msgs::{
-    Image, Time,
+use ros_interfaces::{
+    builtin_interfaces::Time,
+    sensor_msgs::Image,
     sensor_msgs::{CameraInfo, RegionOfInterest},
 };
 

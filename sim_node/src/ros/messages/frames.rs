@@ -1,7 +1,8 @@
 //! Where things are: the frames of tf, odometry and the path.
 
-use evac_msgs::{
-    Time,
+use nalgebra::{Isometry2, UnitQuaternion, Vector3 as Vector};
+use ros_interfaces::{
+    builtin_interfaces::Time,
     geometry_msgs::{
         Point, Pose, PoseStamped, PoseWithCovariance, Quaternion, Transform, TransformStamped,
         TwistWithCovariance, Vector3,
@@ -9,7 +10,6 @@ use evac_msgs::{
     nav_msgs::{Odometry, Path},
     tf2_msgs::TFMessage,
 };
-use nalgebra::{Isometry2, UnitQuaternion, Vector3 as Vector};
 
 use super::{BASE, CAMERA, ODOM, OPTICAL, header, stamp};
 use crate::{camera::CameraSettings, ros::session::Visit};
@@ -49,7 +49,7 @@ pub(crate) fn odometry(robot: &Isometry2<f64>, stamp: Time) -> Odometry {
     Odometry {
         header: header(ODOM, stamp),
         child_frame_id: BASE.to_owned(),
-        pose: PoseWithCovariance { pose: pose(robot, 0.0), covariance: [[0.0; 6]; 6] },
+        pose: PoseWithCovariance { pose: pose(robot, 0.0), covariance: [0.0; 36] },
         twist: TwistWithCovariance::default(),
     }
 }

@@ -6,7 +6,7 @@ mod scene;
 #[cfg(test)]
 mod tests;
 
-use evac_msgs::{Header, Time};
+use ros_interfaces::{builtin_interfaces::Time, std_msgs::Header};
 
 pub(super) use camera::{camera_info, image};
 pub(super) use frames::{mount, odometry, path, robot};

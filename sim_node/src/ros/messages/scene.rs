@@ -1,12 +1,13 @@
 //! The room as RViz draws it.
 
-use evac_msgs::{
-    Header, Time,
+use nalgebra::{Isometry2, Point2, Translation2};
+use ros_interfaces::{
+    builtin_interfaces::Time,
     geometry_msgs::{Point, Pose, Vector3},
     std_msgs::ColorRGBA,
+    std_msgs::Header,
     visualization_msgs::{Marker, MarkerArray},
 };
-use nalgebra::{Isometry2, Point2, Translation2};
 
 use super::{ODOM, frames::pose, header};
 use crate::{

@@ -6,8 +6,9 @@ use std::{
     time::{Duration, Instant},
 };
 
-use evac_msgs::{Header, Image, Reset, RosService, Step, reset, step};
+use evac_msgs::{Reset, Step, reset, step};
 use evac_tests::{Nodes, PATIENCE};
+use ros_interfaces::{RosService, sensor_msgs::Image, std_msgs::Header};
 use ros_runtime::{
     discovery::Discovery,
     security::{EnclaveName, Security},

@@ -2,8 +2,8 @@
 
 use std::time::Instant;
 
-use evac_msgs::Image;
 use evac_tests::{Nodes, PATIENCE};
+use ros_interfaces::sensor_msgs::Image;
 use ros_runtime::node::{Node, reliable};
 
 use crate::median;

@@ -6,8 +6,8 @@ use std::{
     time::Duration,
 };
 
-use evac_msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
 use evac_tests::network::Host;
+use ros_interfaces::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
 use ros_runtime::{
     Arguments, Node,
     discovery::Discovery,
@@ -37,7 +37,12 @@ impl Watcher {
         thread::spawn(move || -> anyhow::Result<()> {
             // For this thread and those that DDS starts from it.
             door.enter()?;
-            let node = Node::with_discovery("soak", &Arguments::default(), discovery)?;
+            let node = Node::with_discovery(
+                "soak",
+                &Arguments::default(),
+                evac_msgs::DEFINITIONS,
+                discovery,
+            )?;
             let reports: Subscription<DiagnosticArray> =
                 node.create_subscription("/diagnostics", reliable(10))?;
             node.block_on(async {

@@ -1,0 +1,524 @@
+//! A node: its name, its parameters, and what it publishes, hears, serves and asks.
+
+use std::{
+    collections::BTreeSet,
+    future::Future,
+    sync::{
+        Arc, Mutex, MutexGuard,
+        atomic::{AtomicU64, Ordering},
+    },
+};
+
+use futures::{Stream, stream};
+use log::{debug, warn};
+use ros_interfaces::{
+    Interfaces, RosMessage, RosService, rosgraph_msgs,
+    type_description_interfaces::GetTypeDescription,
+};
+pub use ros2_client::Subscription;
+use ros2_client::{
+    Context, Message, Name, NodeName, NodeOptions, Server, ServiceTypeName,
+    error::WriteError,
+    parameters::raw,
+    qos::{Durability, History, QosProfile, WhenFull},
+};
+use thiserror::Error;
+use tokio::{runtime::Runtime, sync::watch};
+
+use crate::{
+    arguments::Arguments,
+    clock::{Clock, USE_SIM_TIME},
+    corrections,
+    diagnostics::{Diagnostics, Level, Report},
+    discovery::{self, Discovery, DiscoveryError},
+    graph::Graph,
+    latency::Latencies,
+    logging::{self, InvalidColorization},
+    names::{InvalidName, Naming},
+    parameters::{ParameterError, ParameterFileError, ParameterServices, Parameters},
+    rmw::{Rmw, UnknownRmw},
+    server::ServiceServer,
+    service::{ServiceClient, SharedNode, create_client, services},
+    shutdown::Shutdown,
+    spin,
+    types::Types,
+};
+
+/// Why a node cannot be made, or not have one of its topics or services.
+#[derive(Debug, Error)]
+pub enum NodeError {
+    /// The environment is wrong, or DDS does not start.
+    #[error(transparent)]
+    Discovery(#[from] DiscoveryError),
+    /// The console cannot be written as wanted.
+    #[error(transparent)]
+    Logging(#[from] InvalidColorization),
+    /// The middleware is none that can be spoken with.
+    #[error(transparent)]
+    Rmw(#[from] UnknownRmw),
+    /// A name is none.
+    #[error(transparent)]
+    Name(#[from] InvalidName),
+    /// A parameter file cannot be used.
+    #[error(transparent)]
+    ParameterFile(#[from] ParameterFileError),
+    /// A parameter that every node has is wrong.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// What describes the node's types is no definition.
+    #[error("a definition is wrong: {0}")]
+    Definition(#[from] rosidl::DefinitionError),
+    /// The operating system refuses threads or signals.
+    #[error("could not start the node's runtime: {0}")]
+    Runtime(#[from] std::io::Error),
+    /// DDS refuses an endpoint.
+    #[error("could not create {what}: {reason}")]
+    Endpoint {
+        /// The node, topic or service.
+        what: String,
+        /// What DDS says.
+        reason: String,
+    },
+}
+
+/// Reliable, volatile, the last `depth` samples. A publisher never waits for a slow reader: if the
+/// send window (8,192 samples) is full, the new sample is dropped for all, and said so.
+pub fn reliable(depth: usize) -> QosProfile {
+    QosProfile::publisher_default()
+        .history(History::KeepLast { depth })
+        .reliability_reliable(WhenFull::Fail)
+}
+
+/// Best effort, volatile, the last `depth` samples: for what is soon followed by something newer, so
+/// that nobody need wait for what was lost. Such a subscription hears reliable publishers, too.
+pub fn best_effort(depth: usize) -> QosProfile {
+    QosProfile::subscription_default()
+        .history(History::KeepLast { depth })
+        .reliability_best_effort()
+}
+
+/// Reliable and transient local: whoever comes late gets the last `depth` samples.
+///
+/// For a topic with more than one message see [`Node::create_latched_publisher`], because RustDDS
+/// keeps and sends more samples than that.
+pub fn latched(depth: usize) -> QosProfile {
+    reliable(depth).durability(Durability::TransientLocal)
+}
+
+/// A ROS 2 node.
+pub struct Node {
+    // The order is that of dropping: tasks end before the endpoints that they use.
+    runtime: Runtime,
+    node: SharedNode,
+    naming: Naming,
+    parameters: Parameters,
+    clock: Clock,
+    diagnostics: Diagnostics,
+    graph: Graph,
+    types: Types,
+    shutdown: Shutdown,
+}
+
+impl Node {
+    /// Starts a node: logging, signals, its place in the DDS domain.
+    ///
+    /// `default_name` is the node's name unless `-r __node:=` gives it another. `definitions` are those
+    /// of its own messages and services, besides the standard ones: full names and texts, as the
+    /// constant `DEFINITIONS` of a package that the crate `rosidl` has written. By them the node tells
+    /// others what its types look like; one without a definition is used all the same.
+    ///
+    /// # Errors
+    ///
+    /// Arguments, parameter files or environment are wrong, or DDS does not start.
+    pub fn new(
+        default_name: &str,
+        arguments: &Arguments,
+        definitions: &[(&str, &str)],
+    ) -> Result<Node, NodeError> {
+        let discovery = Discovery::from_environment(&arguments.enclave)?;
+        Node::with_discovery(default_name, arguments, definitions, discovery)
+    }
+
+    /// As [`Node::new`], in a domain of the caller's choice instead of the environment's.
+    ///
+    /// # Errors
+    ///
+    /// As [`Node::new`].
+    pub fn with_discovery(
+        default_name: &str,
+        arguments: &Arguments,
+        definitions: &[(&str, &str)],
+        discovery: Discovery,
+    ) -> Result<Node, NodeError> {
+        let rmw = Rmw::from_environment()?;
+        let naming = Naming::new(default_name, &arguments.remaps)?;
+        // rcl names a node's logger by its dotted full name.
+        let logger = naming.fully_qualified().trim_start_matches('/').replace('/', ".");
+        logging::start(&logger, arguments, discovery.security.library_level())?;
+        discovery::warn_of_static_peers();
+        if !corrections::is_corrected() {
+            warn!("{}: build again after launch_scripts/setup.sh", corrections::RUSTDDS);
+        }
+        let parameters = Parameters::new(&naming, arguments)?;
+        let clock = Clock::declare(&parameters)?;
+        let interfaces = Arc::new(Interfaces::with(definitions)?);
+        let types = Types::declare(&parameters, interfaces.clone())?;
+        // What ros2-client's node publishes by itself.
+        types.add("rcl_interfaces/msg/Log");
+        types.add("rcl_interfaces/msg/ParameterEvent");
+        let participant = discovery.participant(interfaces)?;
+        discovery.security.report();
+        // One thread for signals, timers, the graph and the parameter services.
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .worker_threads(1)
+            .thread_name("ros_runtime")
+            .enable_all()
+            .build()?;
+        let shutdown = Shutdown::default();
+        shutdown.listen_to_signals(runtime.handle())?;
+        let graph = Graph::default();
+        runtime.spawn(graph.clone().follow(participant.clone()));
+
+        let what = format!("the node {}", naming.fully_qualified());
+        let context = Context::from_domain_participant(participant).map_err(endpoint(&what))?;
+        let name = NodeName::new(&naming.namespace, &naming.node).map_err(endpoint(&what))?;
+        // The parameter services of ros2-client live in its Spinner; ours are below.
+        let options = NodeOptions::new()
+            .enable_rosout(true)
+            .start_parameter_services(false)
+            .allow_undeclared_parameters(true);
+        let node = context.new_node(name, options).map_err(endpoint(&what))?;
+        logging::publish_to(node.logging_handle());
+        let node = SharedNode::new(node, rmw.service_mapping());
+        let diagnostics = Diagnostics::default();
+        diagnostics.add("DDS", dds_report);
+        Ok(Node { runtime, node, naming, parameters, clock, diagnostics, graph, types, shutdown })
+    }
+
+    /// The node's name and remappings.
+    pub fn naming(&self) -> &Naming {
+        &self.naming
+    }
+
+    /// The node's parameters.
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// The node's clock. It goes by `/clock` only once [`Node::start_services`] was called.
+    pub fn clock(&self) -> &Clock {
+        &self.clock
+    }
+
+    /// The parts of the node that report on `/diagnostics`.
+    pub fn diagnostics(&self) -> &Diagnostics {
+        &self.diagnostics
+    }
+
+    /// The request that the node end.
+    pub fn shutdown(&self) -> &Shutdown {
+        &self.shutdown
+    }
+
+    /// Runs a future on this thread; timers and signals go on beside it.
+    ///
+    /// While the future waits, the thread stays awake for a moment: see [`spin`].
+    pub fn block_on<T>(&self, work: impl Future<Output = T>) -> T {
+        let _context = self.runtime.enter();
+        spin::block_on(spin::WINDOW, work)
+    }
+
+    /// A publisher on a topic.
+    pub fn create_publisher<M: RosMessage>(
+        &mut self,
+        topic: &str,
+        qos: QosProfile,
+    ) -> Result<Publisher<M>, NodeError> {
+        let name = self.naming.resolve(topic)?;
+        let topic = self.topic::<M>(&name, &qos)?;
+        Publisher::new(&self.node, &self.graph, name, &topic)
+    }
+
+    /// A publisher of something that changes and whose latest state every reader gets, however late
+    /// it comes.
+    pub fn create_latched_publisher<M: RosMessage>(
+        &mut self,
+        topic: &str,
+    ) -> Result<LatchedPublisher<M>, NodeError> {
+        let name = self.naming.resolve(topic)?;
+        let topic = self.topic::<M>(&name, &latched(1))?;
+        let publisher = Publisher::new(&self.node, &self.graph, name, &topic)?;
+        Ok(LatchedPublisher { publisher: Mutex::new(publisher), node: self.node.clone(), topic })
+    }
+
+    /// A subscription to a topic.
+    pub fn create_subscription<M: RosMessage>(
+        &self,
+        topic: &str,
+        qos: QosProfile,
+    ) -> Result<Subscription<M>, NodeError> {
+        let name = self.naming.resolve(topic)?;
+        let topic = self.topic::<M>(&name, &qos)?;
+        self.node().create_subscription(&topic, None).map_err(endpoint(&name))
+    }
+
+    /// A server of a service.
+    pub fn create_server<S: RosService>(
+        &mut self,
+        service: &str,
+    ) -> Result<ServiceServer<S>, NodeError> {
+        let name = self.naming.resolve(service)?;
+        self.types.add(&S::full_name());
+        ServiceServer::new(name.clone(), self.node.clone()).map_err(endpoint(&name))
+    }
+
+    /// A client of a service.
+    pub fn create_client<S: RosService>(
+        &mut self,
+        service: &str,
+    ) -> Result<ServiceClient<S>, NodeError> {
+        let name = self.naming.resolve(service)?;
+        self.types.add(&S::full_name());
+        let client = create_client::<S>(&self.node, &name).map_err(endpoint(&name))?;
+        // As rmw names it.
+        let request_topic = format!("rq{name}Request");
+        let servers = self.graph.readers(&request_topic);
+        Ok(ServiceClient {
+            name,
+            request_topic,
+            client: Mutex::new(Arc::new(client)),
+            node: self.node.clone(),
+            servers,
+            latencies: Latencies::default(),
+            shutdown: self.shutdown.clone(),
+        })
+    }
+
+    /// Begins to do what every ROS node does besides its work: to answer `ros2 param`, to describe
+    /// its types, to publish `/parameter_events` and `/diagnostics`, and to go by `/clock` if it
+    /// should. Call it when every parameter is declared.
+    pub fn start_services(&mut self) -> Result<(), NodeError> {
+        let services = ParameterServices {
+            get: self.parameter_server("GetParameters", "get_parameters")?,
+            get_types: self.parameter_server("GetParameterTypes", "get_parameter_types")?,
+            list: self.parameter_server("ListParameters", "list_parameters")?,
+            describe: self.parameter_server("DescribeParameters", "describe_parameters")?,
+            set: self.parameter_server("SetParameters", "set_parameters")?,
+            set_atomically: self
+                .parameter_server("SetParametersAtomically", "set_parameters_atomically")?,
+        };
+        self.runtime.spawn(services.serve(self.parameters.clone()));
+        if self.types.are_served() {
+            let server = self.create_server::<GetTypeDescription>("~/get_type_description")?;
+            self.runtime.spawn(self.types.clone().serve(server));
+        }
+        self.publish_parameter_events();
+        let publisher = self.create_publisher("/diagnostics", reliable(10))?;
+        let diagnostics = self.diagnostics.clone();
+        let name = self.naming.fully_qualified().trim_start_matches('/').to_owned();
+        self.runtime.spawn(diagnostics.serve(name, self.clock.clone(), publisher));
+        self.follow_clock()
+    }
+
+    /// ros2-client's node has a store of parameters of its own, which is nothing but the way to its
+    /// publisher of `/parameter_events`.
+    fn publish_parameter_events(&self) {
+        let (mut changes, node) = (self.parameters.listen(), self.node.clone());
+        let clock = self.clock.clone();
+        let readers = self.graph.readers("rt/parameter_events");
+        let mut declared = BTreeSet::new();
+        self.runtime.spawn(async move {
+            while let Some((name, value)) = changes.recv().await {
+                // From then on ros2-client would take its time from a Spinner, which nobody runs.
+                if name == USE_SIM_TIME {
+                    clock.obey(&value);
+                    continue;
+                }
+                // Without a reader RustDDS keeps every event, up to 8,192 of them.
+                if !declared.insert(name.clone()) && *readers.borrow() == 0 {
+                    continue;
+                }
+                let value = raw::ParameterValue::from(value).into();
+                if let Err(reason) = node.lock().set_parameter(&name, value) {
+                    warn!("/parameter_events: the change of {name} is not told: {reason}");
+                }
+            }
+        });
+    }
+
+    fn follow_clock(&self) -> Result<(), NodeError> {
+        let name = self.naming.resolve("/clock")?;
+        // As rclcpp hears it.
+        let topic = self.topic::<rosgraph_msgs::Clock>(&name, &best_effort(1))?;
+        let node = self.node.clone();
+        let subscribe =
+            move || node.lock().create_subscription(&topic, None).map_err(|e| e.to_string());
+        self.runtime.spawn(self.clock.clone().follow(subscribe));
+        Ok(())
+    }
+
+    fn parameter_server<Request, Response>(
+        &mut self,
+        service_type: &str,
+        name: &str,
+    ) -> Result<Server<Request, Response>, NodeError>
+    where
+        Request: Message + Clone + 'static,
+        Response: Message + 'static,
+    {
+        let name = self.naming.resolve(&format!("~/{name}"))?;
+        let dds_name = Name::parse(&name).map_err(endpoint(&name))?;
+        self.types.add(&format!("rcl_interfaces/srv/{service_type}"));
+        let service_type = ServiceTypeName::new("rcl_interfaces", service_type);
+        let mapping = self.node.mapping;
+        self.node()
+            .create_server(mapping, &dds_name, &service_type, services(), services())
+            .map_err(endpoint(&name))
+    }
+
+    fn node(&self) -> MutexGuard<'_, ros2_client::Node> {
+        self.node.lock()
+    }
+
+    fn topic<M: RosMessage>(
+        &self,
+        name: &str,
+        qos: &QosProfile,
+    ) -> Result<rustdds::Topic, NodeError> {
+        let dds_name = Name::parse(name).map_err(endpoint(name))?;
+        self.types.add(&M::full_name());
+        self.node().create_topic(&dds_name, M::type_name(), qos).map_err(endpoint(name))
+    }
+}
+
+impl Drop for Node {
+    fn drop(&mut self) {
+        logging::stop_publishing();
+    }
+}
+
+/// The build of RustDDS, which decides what the node withstands.
+fn dds_report() -> Report {
+    let level = if corrections::is_corrected() { Level::Ok } else { Level::Warn };
+    let values = vec![("corrections", corrections::corrections().count().to_string())];
+    Report { level, message: corrections::RUSTDDS.to_owned(), values }
+}
+
+fn endpoint<E: std::fmt::Display>(what: &str) -> impl FnOnce(E) -> NodeError {
+    let what = what.to_owned();
+    move |error| NodeError::Endpoint { what, reason: error.to_string() }
+}
+
+/// A publisher that does nothing while nobody reads.
+pub struct Publisher<M: RosMessage> {
+    name: String,
+    publisher: ros2_client::Publisher<M>,
+    readers: watch::Receiver<usize>,
+    graph: Graph,
+    /// How many messages nobody has got, because a reader was too slow.
+    unsent: AtomicU64,
+}
+
+impl<M: RosMessage> Publisher<M> {
+    fn new(
+        node: &SharedNode,
+        graph: &Graph,
+        name: String,
+        topic: &rustdds::Topic,
+    ) -> Result<Publisher<M>, NodeError> {
+        let publisher = node.lock().create_publisher(topic, None).map_err(endpoint(&name))?;
+        let readers = graph.matches(publisher.guid());
+        let (graph, unsent) = (graph.clone(), AtomicU64::new(0));
+        Ok(Publisher { name, publisher, readers, graph, unsent })
+    }
+
+    /// Whether anybody reads the topic now.
+    pub fn has_readers(&self) -> bool {
+        *self.readers.borrow() > 0
+    }
+
+    /// Whether anybody else reads the topic than the nodes that serve a service.
+    pub fn has_readers_besides<S: RosService>(&self, servers: &ServiceClient<S>) -> bool {
+        let guid = self.publisher.guid();
+        self.has_readers() && self.graph.matches_besides(guid, &servers.request_topic)
+    }
+
+    /// Publishes the message that the function makes; it is not made if nobody reads.
+    pub fn publish_with(&self, message: impl FnOnce() -> M) {
+        if self.has_readers() {
+            self.publish(message());
+        }
+    }
+
+    /// Publishes a message even if nobody reads: where it is [`latched`], somebody will.
+    pub fn publish(&self, message: M) {
+        match self.publisher.publish(message) {
+            Ok(()) => {}
+            Err(WriteError::WouldBlock { .. }) => {
+                let unsent = self.unsent.fetch_add(1, Ordering::Relaxed) + 1;
+                // Less and less often: it may last, and there may be thousands a second.
+                if unsent.is_power_of_two() {
+                    let name = &self.name;
+                    warn!("{name}: a reader is too slow; {unsent} messages were not sent so far");
+                }
+            }
+            Err(error) => warn!("{}: could not publish: {error}", self.name),
+        }
+    }
+}
+
+/// A publisher of a state, of which every reader gets the latest, however late it comes.
+///
+/// The topic is transient local with a depth of 1, but RustDDS does not go by that depth: while
+/// nobody reads it keeps the last 8,192 samples, otherwise all those of the last six seconds, and
+/// a late reader gets every one of them, the oldest first. So nothing is written while nobody reads,
+/// the owner publishes the state for those who come ([`LatchedPublisher::arrivals`]), and when the
+/// last reader has left, a new writer takes the place of the old one and of what it has kept.
+pub struct LatchedPublisher<M: RosMessage> {
+    publisher: Mutex<Publisher<M>>,
+    node: SharedNode,
+    topic: rustdds::Topic,
+}
+
+impl<M: RosMessage> LatchedPublisher<M> {
+    /// Whether anybody reads the topic now.
+    pub fn has_readers(&self) -> bool {
+        self.publisher().has_readers()
+    }
+
+    /// Publishes the message that the function makes; it is not made if nobody reads.
+    pub fn publish_with(&self, message: impl FnOnce() -> M) {
+        self.publisher().publish_with(message);
+    }
+
+    /// An item whenever somebody may have come who does not know the state yet: publish it.
+    pub fn arrivals(&self) -> impl Stream<Item = ()> {
+        stream::unfold(None, |known: Option<watch::Receiver<usize>>| async {
+            let mut readers = match known {
+                None => self.publisher().readers.clone(),
+                Some(mut readers) => {
+                    // The sender lives as long as the node's graph.
+                    readers.changed().await.ok()?;
+                    if self.has_readers() { readers } else { self.forget() }
+                }
+            };
+            readers.wait_for(|count| *count > 0).await.ok()?;
+            Some(((), Some(readers)))
+        })
+    }
+
+    /// Replaces the writer by one that has sent nothing yet; its readers.
+    fn forget(&self) -> watch::Receiver<usize> {
+        let mut publisher = self.publisher();
+        match Publisher::new(&self.node, &publisher.graph, publisher.name.clone(), &self.topic) {
+            Ok(fresh) => *publisher = fresh,
+            // The next reader then gets what the old one has kept, and after it the state.
+            Err(error) => debug!("{error}"),
+        }
+        publisher.readers.clone()
+    }
+
+    fn publisher(&self) -> MutexGuard<'_, Publisher<M>> {
+        self.publisher.lock().expect("nothing panics while it holds this lock")
+    }
+}

@@ -1,0 +1,384 @@
+//! Writes the types of packages as Rust, for a build script to put into `OUT_DIR`.
+//!
+//! A message `my_msgs/msg/Blob` becomes the struct `Blob`, a service `my_msgs/srv/Move` the marker `Move`
+//! and the module `move` with `Request` and `Response`. Each is nothing but its fields in the order of
+//! the definition: CDR has no names on the wire, so the order is the format. Comments become
+//! documentation, constants associated constants.
+//!
+//! What is written needs in its crate `serde` with `derive`, for arrays of more than 32 elements
+//! `serde-big-array`, and at the root of [`Generator::traits_of`] the traits `Message`, `RosMessage`
+//! and `RosService`.
+
+use std::{
+    collections::BTreeMap,
+    fmt::Write,
+    fs, io,
+    path::{Path, PathBuf},
+};
+
+use thiserror::Error;
+
+use crate::{
+    definition::{Constant, Definition, DefinitionError},
+    rust::{self, Types},
+};
+
+/// Why nothing is written.
+#[derive(Debug, Error)]
+pub enum GenerateError {
+    /// A directory or a file cannot be read or written.
+    #[error("{path}: {source}")]
+    File {
+        /// Which.
+        path: PathBuf,
+        /// Why not.
+        source: io::Error,
+    },
+    /// A definition is wrong.
+    #[error("{name}: {source}")]
+    Definition {
+        /// The full name of what it defines.
+        name: String,
+        /// What is wrong with it.
+        source: DefinitionError,
+    },
+    /// A type that a field has is not defined.
+    #[error(
+        "{name}: its field '{field}' is a {missing}, which is not defined: is its package missing?"
+    )]
+    Missing {
+        /// The full name of the message.
+        name: String,
+        /// The field.
+        field: String,
+        /// The full name of the type.
+        missing: String,
+    },
+    /// Something that is in the language, but not written as Rust.
+    #[error("{name}: '{what}' is not supported")]
+    Unsupported {
+        /// The full name of the message.
+        name: String,
+        /// What is not.
+        what: String,
+    },
+}
+
+/// Packages to write as Rust, and those that they stand on.
+#[derive(Debug, Default)]
+pub struct Generator {
+    traits: String,
+    files: Vec<File>,
+    types: Types,
+}
+
+/// A definition that is to be written.
+#[derive(Debug)]
+struct File {
+    package: String,
+    name: String,
+    path: PathBuf,
+    parts: Vec<Definition>,
+}
+
+impl File {
+    fn is_service(&self) -> bool {
+        self.path.extension().is_some_and(|extension| extension == "srv")
+    }
+
+    fn full_name(&self) -> String {
+        let kind = if self.is_service() { "srv" } else { "msg" };
+        format!("{}/{kind}/{}", self.package, self.name)
+    }
+}
+
+impl Generator {
+    /// Nothing yet. `traits` is the Rust path where `Message`, `RosMessage` and `RosService` are.
+    pub fn traits_of(traits: &str) -> Generator {
+        Generator { traits: traits.to_owned(), ..Generator::default() }
+    }
+
+    /// Writes a package, whose directory holds `msg/` or `srv/` or both. `module` is the Rust path that
+    /// the text will be included at.
+    ///
+    /// # Errors
+    ///
+    /// A file cannot be read, or is no definition.
+    pub fn package(
+        mut self,
+        name: &str,
+        directory: &Path,
+        module: &str,
+    ) -> Result<Generator, GenerateError> {
+        let files = read_package(name, directory)?;
+        self.add(&files, module);
+        self.files.extend(files);
+        Ok(self)
+    }
+
+    /// Knows a package whose types another crate has, at this Rust path.
+    ///
+    /// # Errors
+    ///
+    /// As [`package`](Self::package).
+    pub fn dependency(
+        mut self,
+        name: &str,
+        directory: &Path,
+        module: &str,
+    ) -> Result<Generator, GenerateError> {
+        let files = read_package(name, directory)?;
+        self.add(&files, module);
+        Ok(self)
+    }
+
+    fn add(&mut self, files: &[File], module: &str) {
+        for file in files.iter().filter(|file| !file.is_service()) {
+            for part in &file.parts {
+                let path = format!("{module}::{}", file.name);
+                self.types.insert(file.full_name(), path, part.fields.clone());
+            }
+        }
+    }
+
+    /// Writes the types of all packages, and `DEFINITIONS`, the full names and texts of their
+    /// definitions, to a file in `OUT_DIR`. Each package is a module if there are several.
+    ///
+    /// # Errors
+    ///
+    /// A type is missing or not supported, or the file cannot be written.
+    pub fn write(&self, to: &Path) -> Result<(), GenerateError> {
+        let mut packages: BTreeMap<&str, Vec<&File>> = BTreeMap::new();
+        for file in &self.files {
+            packages.entry(&file.package).or_default().push(file);
+        }
+        let mut text = String::new();
+        let is_only = packages.len() == 1;
+        for (package, files) in &packages {
+            let mut types = String::new();
+            for file in files {
+                types += &self.types_of(file)?;
+            }
+            match is_only {
+                true => text += &types,
+                false => {
+                    let _ = write!(
+                        text,
+                        "/// Messages of the ROS package `{package}`.\npub mod {package} {{\n{types}}}\n\n"
+                    );
+                }
+            }
+        }
+        text += "/// Full name and text of every definition.\n";
+        text += "pub const DEFINITIONS: &[(&str, &str)] = &[\n";
+        for file in packages.values().flatten() {
+            let path = fs::canonicalize(&file.path).map_err(|e| file_error(&file.path, e))?;
+            let _ = writeln!(text, "    ({:?}, include_str!({path:?})),", file.full_name());
+        }
+        text += "];\n";
+        fs::write(to, text).map_err(|error| file_error(to, error))
+    }
+
+    fn types_of(&self, file: &File) -> Result<String, GenerateError> {
+        let (full_name, name) = (file.full_name(), &file.name);
+        let mut text = String::new();
+        if !file.is_service() {
+            for part in &file.parts {
+                text += &self.structure(&full_name, name, part)?;
+                text += &self.message_impl(file);
+            }
+            return Ok(text);
+        }
+        let module = rust::snake_case(name);
+        let traits = &self.traits;
+        let _ = write!(
+            text,
+            "/// The service `{full_name}`.\n\
+             #[derive(Clone, Copy, Debug)]\n\
+             pub struct {name};\n\n\
+             impl {traits}::RosService for {name} {{\n\
+             const PACKAGE: &str = {:?};\n\
+             const NAME: &str = {name:?};\n\
+             type Request = {module}::Request;\n\
+             type Response = {module}::Response;\n\
+             }}\n\n\
+             /// What is asked of [`{name}`], and what it answers.\n\
+             pub mod {module} {{\n",
+            file.package
+        );
+        for (half, part) in ["Request", "Response"].into_iter().zip(&file.parts) {
+            text += &self.structure(&format!("{full_name}_{half}"), half, part)?;
+            let _ = write!(text, "impl {traits}::Message for {half} {{}}\n\n");
+        }
+        text += "}\n\n";
+        Ok(text)
+    }
+
+    fn message_impl(&self, file: &File) -> String {
+        let (traits, name) = (&self.traits, &file.name);
+        format!(
+            "impl {traits}::Message for {name} {{}}\n\n\
+             impl {traits}::RosMessage for {name} {{\n\
+             const PACKAGE: &str = {:?};\n\
+             const NAME: &str = {name:?};\n\
+             }}\n\n",
+            file.package
+        )
+    }
+
+    /// A struct with its constants.
+    fn structure(
+        &self,
+        full_name: &str,
+        name: &str,
+        part: &Definition,
+    ) -> Result<String, GenerateError> {
+        let mut derives = vec!["Clone", "Debug", "PartialEq"];
+        let traits = self.types.traits_of(full_name, &part.fields)?;
+        derives.extend(traits.is_copy.then_some("Copy"));
+        derives.extend(traits.is_eq.then_some("Eq, PartialOrd, Ord, Hash"));
+        derives.extend(traits.has_plain_default.then_some("Default"));
+        let mut text = format!("/// `{full_name}`.\n");
+        if !part.comment.is_empty() {
+            text += "///\n";
+            text += &documentation(&part.comment);
+        }
+        let derives = derives.join(", ");
+        let _ = write!(
+            text,
+            "#[derive({derives}, ::serde::Serialize, ::serde::Deserialize)]\npub struct {name} {{\n"
+        );
+        for field in &part.fields {
+            text += &documentation(&field.comment);
+            if rust::is_big_array(&field.r#type) {
+                text += "#[serde(with = \"::serde_big_array::BigArray\")]\n";
+            }
+            let (name, r#type) = (rust::identifier(&field.name), self.types.rust(&field.r#type));
+            let _ = writeln!(text, "pub {name}: {type},");
+        }
+        text += "}\n\n";
+        if !traits.has_plain_default {
+            let _ = write!(text, "impl Default for {name} {{\nfn default() -> Self {{\nSelf {{\n");
+            for field in &part.fields {
+                let value = rust::default(field).ok_or_else(|| GenerateError::Unsupported {
+                    name: full_name.to_owned(),
+                    what: format!("{} = {}", field.name, field.default),
+                })?;
+                let _ = writeln!(text, "{}: {value},", rust::identifier(&field.name));
+            }
+            text += "}\n}\n}\n\n";
+        }
+        if !part.constants.is_empty() {
+            let _ = writeln!(text, "impl {name} {{");
+            for constant in &part.constants {
+                text += &documentation(&constant.comment);
+                let Constant { name, r#type, value, .. } = constant;
+                let (r#type, value) = rust::constant(r#type, value);
+                let _ = writeln!(text, "pub const {name}: {type} = {value};");
+            }
+            text += "}\n\n";
+        }
+        Ok(text)
+    }
+}
+
+fn documentation(comment: &[String]) -> String {
+    comment.iter().map(|line| format!("/// {line}\n")).collect()
+}
+
+/// The definitions of a package, by their names.
+fn read_package(package: &str, directory: &Path) -> Result<Vec<File>, GenerateError> {
+    let mut files = Vec::new();
+    for kind in ["msg", "srv"] {
+        let directory = directory.join(kind);
+        let entries = match fs::read_dir(&directory) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+            entries => entries.map_err(|error| file_error(&directory, error))?,
+        };
+        for entry in entries {
+            let path = entry.map_err(|error| file_error(&directory, error))?.path();
+            if path.extension().is_none_or(|extension| extension != kind) {
+                continue;
+            }
+            let text = fs::read_to_string(&path).map_err(|error| file_error(&path, error))?;
+            let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+            let parts = Definition::parse(package, &text).map_err(|source| {
+                GenerateError::Definition { name: format!("{package}/{kind}/{name}"), source }
+            })?;
+            files.push(File { package: package.to_owned(), name, path, parts });
+        }
+    }
+    files.sort_by_key(|file| (file.is_service(), file.name.clone()));
+    Ok(files)
+}
+
+fn file_error(path: &Path, source: io::Error) -> GenerateError {
+    GenerateError::File { path: path.to_owned(), source }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn generated(files: &[(&str, &str)]) -> Result<String, GenerateError> {
+        let directory = tempfile::tempdir().unwrap();
+        for (path, text) in files {
+            let path = directory.path().join(path);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, text).unwrap();
+        }
+        let to = directory.path().join("interfaces.rs");
+        let generator =
+            Generator::traits_of("crate").package("our_msgs", directory.path(), "crate")?;
+        generator.write(&to)?;
+        Ok(fs::read_to_string(to).unwrap())
+    }
+
+    #[test]
+    fn a_message_becomes_a_struct_with_its_comments_and_constants() {
+        let text = generated(&[
+            ("msg/Blob.msg", "# A blob.\n\n# None.\nuint8 NONE=0\n# How big, in metres.\nfloat32 size 1\nuint8[] type\n"),
+            ("msg/Pair.msg", "Blob[2] blobs\nfloat64[36] covariance\n"),
+            ("msg/Id.msg", "char[16] data"),
+        ]).unwrap();
+        for expected in [
+            "/// `our_msgs/msg/Blob`.\n///\n/// A blob.\n#[derive(Clone, Debug, PartialEq, ::serde::",
+            "/// How big, in metres.\npub size: f32,\npub r#type: ::std::vec::Vec<u8>,",
+            "size: 1.0,\nr#type: ::std::default::Default::default(),",
+            "/// None.\npub const NONE: u8 = 0;",
+            "pub blobs: [crate::Blob; 2],\n#[serde(with = \"::serde_big_array::BigArray\")]\npub covariance: [f64; 36],",
+            "covariance: [::std::default::Default::default(); 36],",
+            "#[derive(Clone, Debug, PartialEq, Copy, Eq, PartialOrd, Ord, Hash, Default, ::serde::Serialize",
+            "(\"our_msgs/msg/Blob\", include_str!(",
+        ] {
+            assert!(text.contains(expected), "{expected}\nis not in\n{text}");
+        }
+    }
+
+    #[test]
+    fn a_service_becomes_a_marker_and_a_module() {
+        let text =
+            generated(&[("srv/MoveIt.srv", "bool on true\n---\nuint8 OK=0\nstring message\n")])
+                .unwrap();
+        for expected in [
+            "pub struct MoveIt;",
+            "type Request = move_it::Request;",
+            "pub mod move_it {",
+            "on: true,",
+            "impl Response {\npub const OK: u8 = 0;",
+            "impl crate::Message for Response {}",
+        ] {
+            assert!(text.contains(expected), "{expected}\nis not in\n{text}");
+        }
+    }
+
+    #[test]
+    fn a_type_that_is_not_defined_is_named() {
+        let error = generated(&[("msg/A.msg", "std_msgs/Header header")]).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "our_msgs/msg/A: its field 'header' is a std_msgs/msg/Header, which is not defined: is its \
+             package missing?"
+        );
+    }
+}
