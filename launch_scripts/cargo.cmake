@@ -1,5 +1,5 @@
-# Included by the CMakeLists.txt of the nodes: builds all nodes by cargo, and installs the one that is
-# named as the project.
+# Included by the CMakeLists.txt of our packages: builds all programs by cargo, and installs the one whose
+# name is in `program`.
 #
 # Every package runs the same command in the same target directory, the repository's own unless
 # CARGO_TARGET_DIR says otherwise, so cargo compiles each crate once, whichever package colcon builds first.
@@ -18,4 +18,4 @@ add_custom_target(${PROJECT_NAME} ALL
     "${repository}/launch_scripts/build.sh"
   VERBATIM
 )
-install(PROGRAMS "${target_directory}/release/${PROJECT_NAME}" DESTINATION lib/${PROJECT_NAME})
+install(PROGRAMS "${target_directory}/release/${program}" DESTINATION lib/${PROJECT_NAME})

@@ -12,7 +12,7 @@
 # The peers from PyPI go into a virtual environment, .venv in the repository.
 
 set -euo pipefail
-source "$(dirname "${BASH_SOURCE[0]}")/nodes.sh"
+source "$(dirname "${BASH_SOURCE[0]}")/programs.sh"
 
 all=false
 case "${1:-}" in

@@ -1,11 +1,10 @@
-//! `agent_node train | evaluate | drive | reproduction | seeds`: see `--help`.
+//! `agent_node train | evaluate | drive | parameters | seeds`: see `--help`.
 
 use std::{path::PathBuf, process::ExitCode};
 
-use agent_node::ros::{drive::drive, evaluate::evaluate, train::train};
+use agent_node::ros::{NodeCommand, drive::drive, evaluate::evaluate, parameters_of, train::train};
 use anyhow::Context;
 use clap::{Parser, Subcommand};
-use report::Reproduction;
 use ros_runtime::{Arguments, failure};
 use task::seeds::{Purpose, episode_seed};
 
@@ -15,6 +14,9 @@ use task::seeds::{Purpose, episode_seed};
 struct CommandLine {
     #[command(subcommand)]
     command: Command,
+    /// End when the process with this id ends, which has started this one
+    #[arg(long, global = true)]
+    parent: Option<u32>,
 }
 
 #[derive(Subcommand)]
@@ -34,19 +36,10 @@ enum Command {
     /// Drive a robot with the model in the directory of the parameter `model`: hear only
     /// `camera/image`, say only `action`
     Drive,
-    /// Sum up what launch_scripts/reproduce.sh has trained and tested (no DDS)
-    Reproduction {
-        /// The directory of the trainings
-        runs: PathBuf,
-        /// Where the figures go, as JSON
-        #[arg(long)]
-        json: PathBuf,
-        /// The page that holds the tables, between comments
-        #[arg(long)]
-        results: PathBuf,
-        /// The page that holds the short table
-        #[arg(long)]
-        readme: PathBuf,
+    /// Print the parameters of a command with their values, as JSON, or what is wrong with them (no DDS)
+    Parameters {
+        /// Which command
+        of: NodeCommand,
     },
     /// Print the seeds of a test's resets, one a line (no DDS)
     Seeds {
@@ -76,16 +69,18 @@ fn run() -> anyhow::Result<()> {
         failure::limit_memory(memory / 2).context("the memory cannot be limited")?;
     }
     let arguments = Arguments::from_environment()?;
-    match CommandLine::parse_from(&arguments.program).command {
+    let command_line = CommandLine::parse_from(&arguments.program);
+    if let Some(parent) = command_line.parent {
+        failure::end_with_parent(parent).context("--parent")?;
+    }
+    match command_line.command {
+        Command::Parameters { of } => {
+            println!("{}", serde_json::to_string(&parameters_of(of, &arguments)?)?);
+            Ok(())
+        }
         Command::Train { oracle } => train(&arguments, oracle.as_deref()),
         Command::Evaluate { oracle } => evaluate(&arguments, oracle.as_deref()),
         Command::Drive => drive(&arguments),
-        Command::Reproduction { runs, json, results, readme } => {
-            let reproduction = Reproduction::read(&runs)?;
-            reproduction.write_json(&json)?;
-            reproduction.write_results(&results)?;
-            reproduction.write_readme(&readme)
-        }
         Command::Seeds { seed, episodes } => {
             for episode in 0..episodes {
                 println!("{}", episode_seed(Purpose::Test, seed, episode));

@@ -1,12 +1,12 @@
-//! `sim_node [oracle]`: see `--help`.
+//! `sim_node [oracle | parameters]`: see `--help`.
 
 use std::{fs, path::PathBuf, process::ExitCode};
 
 use anyhow::Context;
 use clap::{Parser, Subcommand};
-use ros_runtime::{Arguments, failure, names::Naming, parameters::Parameters};
+use ros_runtime::{Arguments, Node, failure, names::Naming, parameters::Parameters};
 use sim_node::{
-    ros,
+    ros::{self, SimulatorParameters},
     world::{World, fewest_steps},
 };
 use task::{FewestSteps, Scenario};
@@ -17,6 +17,9 @@ use task::{FewestSteps, Scenario};
 struct CommandLine {
     #[command(subcommand)]
     command: Option<Command>,
+    /// End when the process with this id ends, which has started this one
+    #[arg(long, global = true)]
+    parent: Option<u32>,
 }
 
 #[derive(Subcommand)]
@@ -30,6 +33,8 @@ enum Command {
         #[arg(long)]
         seeds: PathBuf,
     },
+    /// Print the node's parameters with their values, as JSON, or what is wrong with them (no DDS)
+    Parameters,
 }
 
 fn main() -> ExitCode {
@@ -49,8 +54,18 @@ fn run() -> anyhow::Result<()> {
     failure::end_on_panic();
     failure::limit_memory(MOST_MEMORY).context("the memory cannot be limited")?;
     let arguments = Arguments::from_environment()?;
-    match CommandLine::parse_from(&arguments.program).command {
+    let command_line = CommandLine::parse_from(&arguments.program);
+    if let Some(parent) = command_line.parent {
+        failure::end_with_parent(parent).context("--parent")?;
+    }
+    match command_line.command {
         None => ros::run(&arguments),
+        Some(Command::Parameters) => {
+            let parameters = Node::parameters_alone("sim_node", &arguments)?;
+            SimulatorParameters::declare(&parameters)?;
+            println!("{}", serde_json::to_string(&parameters.declarations())?);
+            Ok(())
+        }
         Some(Command::Oracle { scenario, seeds }) => {
             let text = fs::read_to_string(&seeds).with_context(|| seeds.display().to_string())?;
             let result = oracle(&arguments, scenario, &text)?;

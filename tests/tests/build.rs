@@ -55,7 +55,7 @@ fn every_selection_builds_rustdds_with_the_same_features() {
         "--package sim_node --edges normal,build,dev",
         "--package agent_node --edges normal,build,dev",
         "--package evac_tests --edges normal,build,dev",
-        "--package evac_tests --features benchmark --edges normal,build",
+        "--package experiments --features programs --edges normal,build",
     ] {
         for (package, found) in features(&names, selection) {
             // A package that the nodes need for procedural macros, too, has a second set of features,

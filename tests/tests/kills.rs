@@ -8,7 +8,10 @@ use std::{
     time::{Duration, Instant, SystemTime},
 };
 
-use evac_tests::{Nodes, Outcome, PATIENCE};
+use evac_tests::{
+    Nodes, Outcome, PATIENCE,
+    launcher::{Kill, assert_leaves_nothing},
+};
 use learning::{settings::Preset, training::Plan};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -80,4 +83,11 @@ fn killed_at_any_moment_a_training_ends_as_if_it_had_never_been() {
         fs::read_dir(&out).expect("a directory").map(|file| file.expect("a file").file_name());
     let unfinished = names.filter(|name| name.to_string_lossy().ends_with(".unfinished"));
     assert_eq!(unfinished.count(), 0, "what was half written is gone");
+}
+
+#[test]
+fn evac_killed_twenty_times_in_each_way_leaves_nothing() {
+    for kill in [Kill::Alone("KILL"), Kill::Alone("TERM"), Kill::Alone("HUP"), Kill::Group("INT")] {
+        assert_leaves_nothing(kill, 20);
+    }
 }

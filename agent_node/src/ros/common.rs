@@ -21,6 +21,13 @@ pub(super) const LARGEST_SEED: u64 = (1 << 53) - 1;
 /// How long to wait for the simulator's parameters, which are only for the record.
 const PARAMETER_DEADLINE: Duration = Duration::from_secs(10);
 
+/// The parameters that `train` and `evaluate` have in common.
+pub(super) struct CommonParameters {
+    deadline: Option<Duration>,
+    simulator: String,
+    figures: bool,
+}
+
 /// What `train` and `evaluate` have in common.
 pub(super) struct Common {
     pub(super) deadline: Option<Duration>,
@@ -29,10 +36,13 @@ pub(super) struct Common {
     pub(super) figures: bool,
 }
 
-impl Common {
-    /// `namespace` is that of the simulator whose parameters are recorded.
-    pub(super) fn declare(node: &mut Node, namespace: &str) -> anyhow::Result<Common> {
-        let parameters = node.parameters().clone();
+impl CommonParameters {
+    /// Declares them, the last ones of a command. `namespace` is that of the simulator whose parameters
+    /// are recorded.
+    pub(super) fn declare(
+        parameters: &Parameters,
+        namespace: &str,
+    ) -> anyhow::Result<CommonParameters> {
         let deadline = parameters.declare(
             "simulator_timeout",
             120.0,
@@ -42,15 +52,19 @@ impl Common {
             .range(0.0..=1e6),
         )?;
         let default = name_in(namespace, "sim_node");
-        let simulator = declare(&parameters, "simulator", default, "the simulator's node")?;
-        let figures = declare(&parameters, "figures", true, "draw some escapes after the test")?;
+        let simulator = declare(parameters, "simulator", default, "the simulator's node")?;
+        let figures = declare(parameters, "figures", true, "draw some escapes after the test")?;
         parameters.refuse_undeclared()?;
-        Ok(Common {
-            deadline: (deadline > 0.0).then(|| Duration::from_secs_f64(deadline)),
-            simulator_parameters: ParameterClient::new(node, &simulator)?,
-            simulator,
-            figures,
-        })
+        let deadline = (deadline > 0.0).then(|| Duration::from_secs_f64(deadline));
+        Ok(CommonParameters { deadline, simulator, figures })
+    }
+}
+
+impl Common {
+    pub(super) fn new(node: &mut Node, parameters: CommonParameters) -> anyhow::Result<Common> {
+        let CommonParameters { deadline, simulator, figures } = parameters;
+        let simulator_parameters = ParameterClient::new(node, &simulator)?;
+        Ok(Common { deadline, simulator_parameters, simulator, figures })
     }
 
     /// The simulator, or `None` if the node shut down before there was one.

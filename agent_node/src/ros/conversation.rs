@@ -4,11 +4,14 @@
 //! it takes. A restarted simulator knows nothing of the episode, but with a seeded reset a room is a
 //! function of the seed and the actions so far: repeating both brings it back to the very same state.
 
-use std::num::{NonZeroU32, NonZeroU64};
+use std::{
+    hash::{DefaultHasher, Hash, Hasher},
+    num::{NonZeroU32, NonZeroU64},
+};
 
 use evac_msgs::{reset, status, step};
 use log::warn;
-use ros_interfaces::std_msgs::Header;
+use ros_interfaces::{sensor_msgs::Image as ImageMessage, std_msgs::Header};
 use task::{Action, Image, Step};
 
 use super::simulator_error::SimulatorError;
@@ -44,8 +47,8 @@ struct Episode {
     begun: Option<Action>,
     /// How many of these actions have been taken since the latest reset.
     taken: usize,
-    /// What was seen last; none before the episode's first image.
-    image: Option<Image>,
+    /// The digest of what was seen last; none before the episode's first image.
+    seen: Option<u64>,
     /// Of the latest image; what the agent publishes about it carries the same.
     header: Header,
 }
@@ -71,7 +74,7 @@ impl Conversation {
             actions: Vec::new(),
             begun: None,
             taken: 0,
-            image: None,
+            seen: None,
             header: Header::default(),
         });
         episode.reset(&mut self.request)
@@ -95,7 +98,7 @@ impl Conversation {
     /// No episode has begun.
     pub fn begin_step(&mut self, action: Action) -> Result<step::Request, SimulatorError> {
         // An episode that has shown nothing has not been begun by a simulator yet.
-        let episode = self.episode.as_mut().filter(|episode| episode.image.is_some());
+        let episode = self.episode.as_mut().filter(|episode| episode.seen.is_some());
         let episode = episode.ok_or(SimulatorError::NoEpisode)?;
         episode.begun = Some(action);
         Ok(episode.step(action))
@@ -114,14 +117,13 @@ impl Conversation {
             return Ok(AfterStep::Reset(episode.reset(&mut self.request)));
         }
         check(answer.status, answer.message)?;
-        let shown = image(&answer.image)?;
-        episode.header = answer.image.header;
+        let shown = image_of(answer.image, &mut episode.header)?;
         episode.taken += 1;
         if episode.taken <= episode.actions.len() {
             return Ok(AfterStep::Step(episode.repeat(&shown)?));
         }
         episode.actions.extend(episode.begun.take());
-        episode.image = Some(shown.clone());
+        episode.seen = Some(digest(&shown));
         Ok(AfterStep::Done(Step {
             image: shown,
             reward: answer.reward,
@@ -138,9 +140,9 @@ impl Conversation {
     /// The simulator refuses, or sends no image of the camera, or another one than before.
     pub fn repeated(&mut self, answer: reset::Response) -> Result<step::Request, SimulatorError> {
         let episode = self.episode.as_mut().ok_or(SimulatorError::NoEpisode)?;
-        let before = episode.image.clone();
+        let before = episode.seen;
         let shown = episode.begin(answer)?;
-        episode.image = before;
+        episode.seen = before;
         episode.repeat(&shown)
     }
 }
@@ -160,11 +162,10 @@ impl Episode {
     /// What the simulator shows as it begins the episode.
     fn begin(&mut self, answer: reset::Response) -> Result<Image, SimulatorError> {
         check(answer.status, answer.message)?;
-        let shown = image(&answer.image)?;
+        let shown = image_of(answer.image, &mut self.header)?;
         self.number = answer.episode;
         self.taken = 0;
-        self.header = answer.image.header;
-        self.image = Some(shown.clone());
+        self.seen = Some(digest(&shown));
         Ok(shown)
     }
 
@@ -173,7 +174,7 @@ impl Episode {
         if let Some(action) = self.actions.get(self.taken) {
             return Ok(self.step(*action));
         }
-        if self.image.as_ref() != Some(shown) {
+        if self.seen != Some(digest(shown)) {
             return Err(SimulatorError::NotRepeatable { step: self.taken, seed: self.seed });
         }
         let action = self.begun.ok_or(SimulatorError::NoEpisode)?;
@@ -190,8 +191,26 @@ fn check(code: u8, message: String) -> Result<(), SimulatorError> {
     }
 }
 
-/// The image of a message, if it is one of the camera that the networks know.
-pub fn image(message: &ros_interfaces::sensor_msgs::Image) -> Result<Image, SimulatorError> {
+/// The image of a message, whose header is put aside.
+fn image_of(message: ImageMessage, header: &mut Header) -> Result<Image, SimulatorError> {
+    let (shown, latest) = image(message)?;
+    *header = latest;
+    Ok(shown)
+}
+
+/// By which an image is known again; a training compares the bytes themselves as it goes on.
+fn digest(image: &Image) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    image.hash(&mut hasher);
+    hasher.finish()
+}
+
+/// The image of a message, if it is one of the camera that the networks know, and its header.
+///
+/// # Errors
+///
+/// It has another size or encoding.
+pub fn image(message: ImageMessage) -> Result<(Image, Header), SimulatorError> {
     let (width, height, encoding) = (message.width, message.height, message.encoding.as_str());
     if (width, height, encoding, message.step) != (20, 7, "rgb8", 60) {
         return Err(SimulatorError::BadImage(format!(
@@ -200,6 +219,8 @@ pub fn image(message: &ros_interfaces::sensor_msgs::Image) -> Result<Image, Simu
             message.step
         )));
     }
-    Image::try_from(message.data.as_slice())
-        .map_err(|error| SimulatorError::BadImage(error.to_string()))
+    match Image::try_from(message.data) {
+        Ok(image) => Ok((image, message.header)),
+        Err(error) => Err(SimulatorError::BadImage(error.to_string())),
+    }
 }

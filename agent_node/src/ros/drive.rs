@@ -10,7 +10,7 @@ use ros_interfaces::{
 use ros_runtime::{
     Arguments, Node, Publisher,
     node::{best_effort, reliable},
-    parameters::Descriptor,
+    parameters::{Descriptor, Parameters},
 };
 
 use super::{conversation::image, diagnostics::DriverState, parameters::TrainedModel};
@@ -21,22 +21,7 @@ pub fn drive(arguments: &Arguments) -> anyhow::Result<()> {
     let mut node = Node::new("agent_node", arguments, evac_msgs::DEFINITIONS)?;
     let parameters = node.parameters().clone();
     let model = TrainedModel::declare(&parameters)?;
-    let settle_time = parameters.declare(
-        "settle_time",
-        0.1,
-        Descriptor::read_only(
-            "how long after an image that was answered the next one is, in seconds by the stamps: \
-             the way of the command, and the robot's longest move",
-        )
-        .range(0.0..=3600.0),
-    )?;
-    let image_timeout = parameters.declare(
-        "image_timeout",
-        2.0,
-        Descriptor::read_only("after so many seconds without an image the node says so")
-            .range(0.001..=3600.0),
-    )?;
-    parameters.refuse_undeclared()?;
+    let Options { settle_time, image_timeout } = Options::declare(&parameters)?;
     let driver = Driver::new(model.policy()?, Duration::from_secs_f64(settle_time));
     let state = DriverState::reported_by(node.diagnostics());
     node.start_services()?;
@@ -52,7 +37,7 @@ pub fn drive(arguments: &Arguments) -> anyhow::Result<()> {
     node.block_on(shutdown.unless_requested(async {
         loop {
             match tokio::time::timeout(timeout, images.async_take()).await {
-                Ok(Ok((message, _))) => wheel.turn(&message),
+                Ok(Ok((message, _))) => wheel.turn(message),
                 Ok(Err(error)) => warn!("an image cannot be read: {error}"),
                 Err(_) => {}
             }
@@ -61,6 +46,41 @@ pub fn drive(arguments: &Arguments) -> anyhow::Result<()> {
     }));
     let drive = *wheel.state.drive();
     info!("{} images were seen, {} of them answered", drive.images, drive.commands);
+    Ok(())
+}
+
+/// The parameters of a drive, besides those of its model.
+struct Options {
+    settle_time: f64,
+    image_timeout: f64,
+}
+
+impl Options {
+    fn declare(parameters: &Parameters) -> anyhow::Result<Options> {
+        let settle_time = parameters.declare(
+            "settle_time",
+            0.1,
+            Descriptor::read_only(
+                "how long after an image that was answered the next one is, in seconds by the stamps: \
+                 the way of the command, and the robot's longest move",
+            )
+            .range(0.0..=3600.0),
+        )?;
+        let image_timeout = parameters.declare(
+            "image_timeout",
+            2.0,
+            Descriptor::read_only("after so many seconds without an image the node says so")
+                .range(0.001..=3600.0),
+        )?;
+        parameters.refuse_undeclared()?;
+        Ok(Options { settle_time, image_timeout })
+    }
+}
+
+/// Declares what [`drive`] declares; the model may be missing.
+pub(super) fn declare_parameters(parameters: &Parameters) -> anyhow::Result<()> {
+    TrainedModel::declare_optional(parameters)?;
+    Options::declare(parameters)?;
     Ok(())
 }
 
@@ -84,9 +104,9 @@ impl Wheel {
         }
     }
 
-    fn turn(&mut self, message: &ImageMessage) {
+    fn turn(&mut self, message: ImageMessage) {
         let mut drive = self.state.drive();
-        let seen = match image(message) {
+        let (seen, header) = match image(message) {
             Ok(image) => image,
             Err(error) => {
                 // Whoever sends such images sends many.
@@ -105,7 +125,7 @@ impl Wheel {
                 false => warn!("nobody hears the commands: waiting, and driving nowhere"),
             }
         }
-        let stamp = message.header.stamp;
+        let stamp = header.stamp;
         // To answer an image that nobody hears the answer of would be to believe in a move.
         let reaction = is_heard.then(|| self.driver.see(since_epoch(stamp), seen));
         if reaction == Some(Reaction::Late) {
@@ -122,7 +142,6 @@ impl Wheel {
         drive.commands += 1;
         drop(drive);
         let action = decision.action.index();
-        let header = message.header.clone();
         self.actions.publish_with(|| ActionCommand {
             header: Header { stamp, ..Header::default() },
             action,

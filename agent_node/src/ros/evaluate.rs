@@ -4,10 +4,10 @@ use std::path::Path;
 
 use learning::run::RunDirectory;
 use log::info;
-use ros_runtime::{Arguments, Node};
+use ros_runtime::{Arguments, Node, parameters::Parameters};
 
 use super::{
-    common::{Common, TestParameters},
+    common::{Common, CommonParameters, TestParameters},
     parameters::{TrainedModel, declare, scenario},
     policy_test::{PolicyTest, read_fewest_steps},
     simulator::Connection,
@@ -23,13 +23,9 @@ use super::{
 pub fn evaluate(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()> {
     let fewest = oracle.map(read_fewest_steps).transpose()?;
     let mut node = Node::new("agent_node", arguments, evac_msgs::DEFINITIONS)?;
-    let parameters = node.parameters().clone();
-    let model = TrainedModel::declare(&parameters)?;
-    let scenario = scenario(&parameters, &model.defaults)?;
-    let test = TestParameters::declare(&parameters, "episodes", "seed", 1)?;
-    let default_out = model.directory.display().to_string();
-    let out = declare(&parameters, "out", default_out, "the directory of evaluation.json")?;
-    let common = Common::declare(&mut node, "")?;
+    let model = TrainedModel::declare(node.parameters())?;
+    let Options { scenario, test, out, common } = Options::declare(node.parameters(), &model)?;
+    let common = Common::new(&mut node, common)?;
     node.start_services()?;
 
     let policy = model.policy()?;
@@ -47,5 +43,31 @@ pub fn evaluate(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<
         }
         None => info!("stopped before the end of the test"),
     }
+    Ok(())
+}
+
+/// The parameters of a test, besides those of its model.
+struct Options {
+    scenario: String,
+    test: TestParameters,
+    out: String,
+    common: CommonParameters,
+}
+
+impl Options {
+    fn declare(parameters: &Parameters, model: &TrainedModel) -> anyhow::Result<Options> {
+        let scenario = scenario(parameters, &model.defaults)?;
+        let test = TestParameters::declare(parameters, "episodes", "seed", 1)?;
+        let default_out = model.directory.display().to_string();
+        let out = declare(parameters, "out", default_out, "the directory of evaluation.json")?;
+        let common = CommonParameters::declare(parameters, "")?;
+        Ok(Options { scenario, test, out, common })
+    }
+}
+
+/// Declares what [`evaluate`] declares; the model may be missing.
+pub(super) fn declare_parameters(parameters: &Parameters) -> anyhow::Result<()> {
+    let model = TrainedModel::declare_optional(parameters)?;
+    Options::declare(parameters, &model)?;
     Ok(())
 }

@@ -10,6 +10,7 @@ mod escapes;
 pub mod evaluate;
 mod ground_truth;
 mod parameters;
+mod parameters_of;
 mod policy_test;
 mod publishers;
 mod simulator;
@@ -19,6 +20,7 @@ mod training_listener;
 
 pub use conversation::image;
 pub use parameters::TrainedModel;
+pub use parameters_of::{NodeCommand, parameters_of};
 pub use simulator::Simulator;
 pub use simulator_error::SimulatorError;
 

@@ -76,14 +76,6 @@ fn number(
     parameters.declare(name, default, Descriptor::read_only(description).range(limits))
 }
 
-/// Declares `model`: the directory of a training.
-fn model_directory(parameters: &Parameters) -> anyhow::Result<PathBuf> {
-    let description = "the directory of a training, with model.safetensors and config.yaml";
-    let model = declare(parameters, "model", String::new(), description)?;
-    anyhow::ensure!(!model.is_empty(), "parameter 'model' is missing: give -p model:=DIRECTORY");
-    Ok(PathBuf::from(model))
-}
-
 /// A trained model, as its directory describes it.
 pub struct TrainedModel {
     pub(super) directory: PathBuf,
@@ -93,9 +85,25 @@ pub struct TrainedModel {
 
 impl TrainedModel {
     /// Declares `model` and what makes its network and its observation.
+    ///
+    /// # Errors
+    ///
+    /// There is no trained model where `model` says, or a parameter is wrong.
     pub fn declare(parameters: &Parameters) -> anyhow::Result<TrainedModel> {
-        let directory = model_directory(parameters)?;
-        let defaults = Defaults::of_model(&directory)?;
+        let model = TrainedModel::declare_optional(parameters)?;
+        let is_given = !model.directory.as_os_str().is_empty();
+        anyhow::ensure!(is_given, "parameter 'model' is missing: give -p model:=DIRECTORY");
+        Ok(model)
+    }
+
+    /// As [`declare`](Self::declare), but `model` may be missing: then the defaults are the program's.
+    pub(super) fn declare_optional(parameters: &Parameters) -> anyhow::Result<TrainedModel> {
+        let description = "the directory of a training, with model.safetensors and config.yaml";
+        let directory = PathBuf::from(declare(parameters, "model", String::new(), description)?);
+        let defaults = match directory.as_os_str().is_empty() {
+            true => Defaults::default(),
+            false => Defaults::of_model(&directory)?,
+        };
         let (_, settings) = model_settings(parameters, &defaults)?;
         Ok(TrainedModel { directory, defaults, settings })
     }

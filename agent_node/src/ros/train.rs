@@ -15,7 +15,7 @@ use ros_runtime::{Arguments, Node, node::reliable, parameters::Parameters};
 use task::FewestSteps;
 
 use super::{
-    common::{Common, LARGEST_SEED, TestParameters},
+    common::{Common, CommonParameters, LARGEST_SEED, TestParameters},
     console::Console,
     diagnostics::LearnerState,
     parameters::{Defaults, count, declare, model_settings, scenario, training_settings},
@@ -44,7 +44,8 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
     let mut node = Node::new("agent_node", arguments, evac_msgs::DEFINITIONS)?;
     let options = Options::declare(node.parameters())?;
     let namespaces = options.namespaces();
-    let common = Common::declare(&mut node, &namespaces[0])?;
+    let common = CommonParameters::declare(node.parameters(), &namespaces[0])?;
+    let common = Common::new(&mut node, common)?;
     node.start_services()?;
 
     let preset = options.preset;
@@ -92,6 +93,13 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
     }
     write_report(&training, &summary, &pictures, &directory)?;
     info!("everything is in {}", options.out);
+    Ok(())
+}
+
+/// Declares what [`train`] declares.
+pub(super) fn declare_parameters(parameters: &Parameters) -> anyhow::Result<()> {
+    let options = Options::declare(parameters)?;
+    CommonParameters::declare(parameters, &options.namespaces()[0])?;
     Ok(())
 }
 

@@ -10,7 +10,7 @@ const Z: f64 = 1.959_964;
 ///
 /// Unlike the textbook's `p ± z sqrt(p (1 - p) / n)` it stays within 0 and 1, and says something
 /// when every trial succeeded, which is the usual case here.
-pub(super) fn wilson_interval(successes: u32, trials: u32) -> Option<(f64, f64)> {
+pub fn wilson_interval(successes: u32, trials: u32) -> Option<(f64, f64)> {
     if trials == 0 {
         return None;
     }
@@ -27,7 +27,8 @@ pub(super) fn wilson_interval(successes: u32, trials: u32) -> Option<(f64, f64)>
 
 /// A mean over seeds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(super) struct Mean {
+pub struct Mean {
+    /// The mean.
     pub mean: f64,
     /// Student's 95 % confidence interval; none of a single seed.
     pub interval: Option<(f64, f64)>,
@@ -35,7 +36,7 @@ pub(super) struct Mean {
 
 impl Mean {
     /// `None` without values.
-    pub(super) fn of(values: &[f64]) -> Option<Mean> {
+    pub fn of(values: &[f64]) -> Option<Mean> {
         let count = values.len() as f64;
         let mean = values.iter().sum::<f64>() / count;
         let freedom = count - 1.0;

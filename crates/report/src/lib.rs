@@ -5,16 +5,14 @@
 
 mod axis;
 mod chart;
-mod confidence;
+pub mod confidence;
 mod curve;
 pub mod escape;
 mod escape_figures;
 mod figures;
 mod frame;
 mod moving_average;
-mod numbers;
-mod reproduction;
-mod section;
+pub mod numbers;
 mod table;
 mod tensorboard;
 
@@ -22,8 +20,6 @@ use askama::Template;
 
 pub use self::escape_figures::{EscapeFigure, EscapeFigures};
 pub use self::frame::CaptionedFrame;
-pub use self::reproduction::Reproduction;
-pub use self::section::replace_section;
 pub use self::tensorboard::{TensorBoard, TensorBoardError};
 
 use self::chart::PlotError;

@@ -4,7 +4,7 @@
 const NOTHING: &str = "–";
 
 /// `51316` as "51,316".
-pub(super) fn count(number: u64) -> String {
+pub fn count(number: u64) -> String {
     let digits = number.to_string();
     let mut grouped = String::new();
     for (index, digit) in digits.chars().enumerate() {
@@ -17,7 +17,7 @@ pub(super) fn count(number: u64) -> String {
 }
 
 /// `-1234.56` with one decimal as "−1,234.6"; a dash for what is not a number.
-pub(super) fn decimal(number: f64, decimals: usize) -> String {
+pub fn decimal(number: f64, decimals: usize) -> String {
     if !number.is_finite() {
         return NOTHING.into();
     }
@@ -34,7 +34,7 @@ pub(super) fn decimal(number: f64, decimals: usize) -> String {
 }
 
 /// `0.943` as "94.3 %". Only all is "100 %" and only nothing is "0 %": one failure in a million shows.
-pub(super) fn percent(share: f64) -> String {
+pub fn percent(share: f64) -> String {
     if share == 0.0 || share == 1.0 {
         return format!("{}\u{a0}%", 100.0 * share);
     }
@@ -43,7 +43,7 @@ pub(super) fn percent(share: f64) -> String {
 }
 
 /// Seconds as "19:02" or "1:02:03".
-pub(super) fn duration(seconds: f64) -> String {
+pub fn duration(seconds: f64) -> String {
     if !(seconds.is_finite() && seconds >= 0.0) {
         return NOTHING.into();
     }

@@ -33,6 +33,31 @@ pub fn limit_memory(bytes: u64) -> io::Result<()> {
     Ok(setrlimit(Resource::Data, Rlimit { current: bytes, maximum })?)
 }
 
+/// From now on this process is asked to end (`SIGTERM`) when its parent ends, however that does; at once
+/// if the parent, of this process id, has ended already. For nodes that a supervisor has started.
+///
+/// # Errors
+///
+/// The system knows no such thing; Linux does.
+pub fn end_with_parent(parent: u32) -> io::Result<()> {
+    #[cfg(target_os = "linux")]
+    {
+        use rustix::process::{Signal, getppid, set_parent_process_death_signal};
+
+        set_parent_process_death_signal(Some(Signal::TERM))?;
+        let is_there = getppid().is_some_and(|pid| pid.as_raw_nonzero().get() as u32 == parent);
+        if !is_there {
+            process::exit(128 + Signal::TERM.as_raw());
+        }
+        Ok(())
+    }
+    #[cfg(not(target_os = "linux"))]
+    {
+        let _ = parent;
+        Err(io::ErrorKind::Unsupported.into())
+    }
+}
+
 /// The memory of this machine in bytes, where the system tells it.
 pub fn machine_memory() -> Option<u64> {
     let text = fs::read_to_string("/proc/meminfo").ok()?;

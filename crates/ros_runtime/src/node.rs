@@ -195,6 +195,23 @@ impl Node {
         Ok(Node { runtime, node, naming, parameters, clock, diagnostics, graph, types, shutdown })
     }
 
+    /// The parameters of a node that is not started: those that every node has are declared. For
+    /// programs that tell of a node's parameters, or check its arguments, without a DDS domain.
+    ///
+    /// # Errors
+    ///
+    /// A name, a parameter file or a value is wrong.
+    pub fn parameters_alone(
+        default_name: &str,
+        arguments: &Arguments,
+    ) -> Result<Parameters, NodeError> {
+        let naming = Naming::new(default_name, &arguments.remaps)?;
+        let parameters = Parameters::new(&naming, arguments)?;
+        Clock::declare(&parameters)?;
+        Types::declare(&parameters, Arc::default())?;
+        Ok(parameters)
+    }
+
     /// The node's name and remappings.
     pub fn naming(&self) -> &Naming {
         &self.naming

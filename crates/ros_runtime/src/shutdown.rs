@@ -1,4 +1,4 @@
-//! The end of a node, requested by SIGINT, SIGTERM or the program itself.
+//! The end of a node, requested by SIGINT, SIGTERM, SIGHUP or the program itself.
 
 use std::{future::Future, sync::Arc};
 
@@ -42,17 +42,21 @@ impl Shutdown {
         }
     }
 
-    /// Turns SIGINT and SIGTERM into a request, for as long as the runtime lives.
+    /// Turns SIGINT, SIGTERM and SIGHUP into a request, for as long as the runtime lives.
     pub(crate) fn listen_to_signals(&self, runtime: &Handle) -> std::io::Result<()> {
         let _context = runtime.enter();
-        for (kind, name) in
-            [(SignalKind::interrupt(), "SIGINT"), (SignalKind::terminate(), "SIGTERM")]
-        {
+        for (kind, name) in [
+            (SignalKind::interrupt(), "SIGINT"),
+            (SignalKind::terminate(), "SIGTERM"),
+            (SignalKind::hangup(), "SIGHUP"),
+        ] {
             let (mut signals, shutdown) = (signal(kind)?, self.clone());
             runtime.spawn(async move {
                 while signals.recv().await.is_some() {
-                    info!("{name}: shutting down");
-                    shutdown.request();
+                    // A terminal and a supervisor may both say so.
+                    if !shutdown.is_requested.send_replace(true) {
+                        info!("{name}: shutting down");
+                    }
                 }
             });
         }

@@ -39,6 +39,19 @@ impl Image {
     }
 }
 
+impl TryFrom<Vec<u8>> for Image {
+    type Error = WrongSize;
+
+    /// Takes the bytes over, without a copy.
+    fn try_from(bytes: Vec<u8>) -> Result<Image, WrongSize> {
+        let bytes: Box<[u8; Image::BYTES]> = bytes
+            .into_boxed_slice()
+            .try_into()
+            .map_err(|bytes: Box<[u8]>| WrongSize(bytes.len()))?;
+        Ok(Image(bytes))
+    }
+}
+
 impl TryFrom<&[u8]> for Image {
     type Error = WrongSize;
 

@@ -18,20 +18,20 @@ pub(super) const PIXELS: usize = WIDTH * HEIGHT;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Frame([u8; Self::LENGTH]);
 
+/// A black one.
+impl Default for Frame {
+    fn default() -> Frame {
+        Frame([0; Frame::LENGTH])
+    }
+}
+
 impl Frame {
     /// Bytes in a frame: [`HEIGHT`] x [`WIDTH`] x [`CHANNELS`].
     pub const LENGTH: usize = PIXELS * CHANNELS;
 
-    /// A frame of one colour.
-    pub(super) fn filled(colour: [u8; CHANNELS]) -> Self {
-        let mut frame = Self([0; Self::LENGTH]);
-        frame.0.as_chunks_mut().0.fill(colour);
-        frame
-    }
-
-    /// Sets the pixel with this index, counted row by row.
-    pub(super) fn set(&mut self, pixel: usize, colour: [u8; CHANNELS]) {
-        self.0[pixel * CHANNELS..][..CHANNELS].copy_from_slice(&colour);
+    /// The bytes, to be drawn on.
+    pub(super) fn bytes_mut(&mut self) -> &mut [u8; Self::LENGTH] {
+        &mut self.0
     }
 
     /// The bytes.

@@ -70,15 +70,21 @@ impl Camera {
     /// A robot that has escaped may have its camera inside the exit, or inside the wall behind it.
     /// It then sees nothing but the colour of what is around it, which no light reaches.
     pub fn render(&self, world: &World) -> Frame {
+        let mut frame = Frame::default();
+        self.render_to(world, frame.bytes_mut());
+        frame
+    }
+
+    /// As [`render`](Self::render), into the bytes of a frame that lie somewhere else: in a message.
+    pub fn render_to(&self, world: &World, bytes: &mut [u8; Frame::LENGTH]) {
+        let pixels = bytes.as_chunks_mut::<CHANNELS>().0;
         let eye = self.eye(world);
         if let Some(colour) = surrounding(&eye.translation.vector.into(), world) {
-            return Frame::filled(light::in_the_dark(colour));
+            return pixels.fill(light::in_the_dark(colour));
         }
-        let mut frame = Frame::filled([0; CHANNELS]);
         for (ray, hit) in self.rays().iter().zip(self.cast(&eye, world)) {
-            frame.set(ray.pixel, hit.colour);
+            pixels[ray.pixel] = hit.colour;
         }
-        frame
     }
 
     /// The rays, in the order of [`Camera::cast`].

@@ -8,5 +8,5 @@ mod publishers;
 mod session;
 
 pub use node::run;
-pub use parameters::{RoomParameters, declare_room};
-pub use session::{ClientId, Executed, Session, Visit};
+pub use parameters::{RoomParameters, SimulatorParameters, declare_room};
+pub use session::{ClientId, Session, Visit};

@@ -3,25 +3,24 @@
 use std::{pin::pin, sync::Arc, time::Duration};
 
 use anyhow::Context;
-use evac_msgs::{ActionCommand, Reset, Step, reset, step};
+use evac_msgs::{ActionCommand, EpisodeStatus, Reset, Step, reset, step};
 use futures::{FutureExt, StreamExt, select};
 use log::{debug, info, warn};
 use ros_runtime::{
     Arguments, Node,
     node::reliable,
-    parameters::{Descriptor, ParameterValue, Parameters},
+    parameters::{ParameterValue, Parameters},
     server::RequestId,
 };
 use task::Scenario;
 use tokio::time::{Instant, Interval, MissedTickBehavior, interval};
 
 use super::{
-    declare_room,
     diagnostics::Counters,
     messages::nanoseconds,
-    parameters::{DeploymentParameters, layout},
+    parameters::{DeploymentParameters, SimulatorParameters, layout},
     publishers::{Pace, Publishers, until},
-    session::{ClientId, Executed, Session},
+    session::{ClientId, Session},
 };
 use crate::world::World;
 
@@ -29,15 +28,8 @@ use crate::world::World;
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut node = Node::new("sim_node", arguments, evac_msgs::DEFINITIONS)?;
     let parameters = node.parameters().clone();
-    let room = declare_room(&parameters)?;
-    let step_duration = parameters.declare(
-        "step_duration",
-        0.5,
-        Descriptor::read_only("simulated time of a step or reset, in seconds").range(1e-9..=3600.0),
-    )?;
-    let deployment = DeploymentParameters::declare(&parameters)?;
-    parameters.refuse_undeclared()?;
-
+    let SimulatorParameters { room, step_duration, deployment } =
+        SimulatorParameters::declare(&parameters)?;
     let world = World::new(room.world, room.scenario, room.seed)
         .context("the room cannot be laid out as its parameters say")?;
     let mount = *room.camera.settings();
@@ -101,7 +93,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 /// The answer to a request of `/step`, and what is to be published.
-type Answer = (step::Response, Option<Executed>);
+type Answer = (step::Response, Option<EpisodeStatus>);
 
 /// A step by `/step` that takes its time.
 struct PendingStep {
@@ -194,7 +186,7 @@ impl<'a> Room<'a> {
         self.pending.as_ref().map(|pending| pending.end)
     }
 
-    fn finish_step(&mut self) -> Option<(RequestId, step::Response, Option<Executed>)> {
+    fn finish_step(&mut self) -> Option<(RequestId, step::Response, Option<EpisodeStatus>)> {
         let PendingStep { id, request, .. } = self.pending.take()?;
         let (response, executed) = self.execute_step(&request);
         Some((id, response, executed))
@@ -204,7 +196,7 @@ impl<'a> Room<'a> {
         &mut self,
         client: ClientId,
         request: &reset::Request,
-    ) -> anyhow::Result<(reset::Response, Option<Executed>)> {
+    ) -> anyhow::Result<(reset::Response, Option<EpisodeStatus>)> {
         self.look_at_the_clock();
         let default = self.read_parameters()?;
         let (response, executed) = self.session.reset(client, request, default);
@@ -263,9 +255,9 @@ impl<'a> Room<'a> {
     }
 
     /// A move of `/action` has ended, and perhaps the episode with it.
-    fn end_motion(&mut self, executed: Executed) -> anyhow::Result<()> {
-        let (steps, escaped) = (executed.status.step, executed.status.terminated);
-        let is_over = escaped || executed.status.truncated;
+    fn end_motion(&mut self, executed: EpisodeStatus) -> anyhow::Result<()> {
+        let (steps, escaped) = (executed.step, executed.terminated);
+        let is_over = escaped || executed.truncated;
         self.publish(executed);
         if is_over {
             self.driven += 1;
@@ -287,20 +279,20 @@ impl<'a> Room<'a> {
 
     fn publish_frame(&mut self) {
         self.look_at_the_clock();
-        let image = self.session.frame();
+        self.session.pass_time();
         Counters::count(&self.counters.images);
-        self.publishers.publish_frame(image, &self.session);
+        self.publishers.publish_frame(&self.session);
     }
 
-    fn publish_if_any(&mut self, executed: Option<Executed>) {
+    fn publish_if_any(&mut self, executed: Option<EpisodeStatus>) {
         if let Some(executed) = executed {
             self.publish(executed);
         }
     }
 
-    fn publish(&mut self, executed: Executed) {
+    fn publish(&mut self, executed: EpisodeStatus) {
         Counters::count(&self.counters.images);
-        let is_reset = executed.status.step == 0;
+        let is_reset = executed.step == 0;
         let counter = if is_reset { &self.counters.episodes } else { &self.counters.steps };
         Counters::count(counter);
         self.publishers.publish(executed, &self.session);

@@ -31,6 +31,32 @@ pub struct DeploymentParameters {
     pub motion_time: f64,
 }
 
+/// All parameters of the node.
+pub struct SimulatorParameters {
+    /// What the room is like.
+    pub room: RoomParameters,
+    /// The simulated time of a step or reset, in seconds.
+    pub step_duration: f64,
+    /// How the node takes a robot's place.
+    pub deployment: DeploymentParameters,
+}
+
+impl SimulatorParameters {
+    /// Declares them, and refuses any other.
+    pub fn declare(parameters: &Parameters) -> anyhow::Result<SimulatorParameters> {
+        let room = declare_room(parameters)?;
+        let step_duration = parameters.declare(
+            "step_duration",
+            0.5,
+            Descriptor::read_only("simulated time of a step or reset, in seconds")
+                .range(1e-9..=3600.0),
+        )?;
+        let deployment = DeploymentParameters::declare(parameters)?;
+        parameters.refuse_undeclared()?;
+        Ok(SimulatorParameters { room, step_duration, deployment })
+    }
+}
+
 impl DeploymentParameters {
     /// Declares them.
     pub fn declare(parameters: &Parameters) -> Result<DeploymentParameters, ParameterError> {

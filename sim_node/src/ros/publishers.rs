@@ -18,10 +18,7 @@ use ros_runtime::{
 };
 use tokio::time::{Instant, sleep_until};
 
-use super::{
-    messages,
-    session::{Executed, Session},
-};
+use super::{messages, session::Session};
 use crate::camera::CameraSettings;
 
 /// The shortest time between two drawings: RViz, too, draws 30 times a second.
@@ -68,20 +65,19 @@ impl Publishers {
 
     /// Publishes what was executed, but for the drawings. The time comes first, and then where
     /// things are: whoever gets an image may look that up.
-    pub(super) fn publish(&self, executed: Executed, session: &Session) {
-        let Executed { image, status } = executed;
-        self.publish_frame(image, session);
-        self.statuses.publish_with(|| status);
+    pub(super) fn publish(&self, executed: EpisodeStatus, session: &Session) {
+        self.publish_frame(session);
+        self.statuses.publish_with(|| executed);
     }
 
     /// Publishes what the camera sees, and where it stands.
-    pub(super) fn publish_frame(&self, image: Image, session: &Session) {
+    pub(super) fn publish_frame(&self, session: &Session) {
         let (now, robot) = (session.now(), session.world().robot());
         self.clock.publish_with(|| Clock { clock: now });
         self.transforms.publish_with(|| messages::robot(robot, now));
         self.odometry.publish_with(|| messages::odometry(robot, now));
         self.camera_infos.publish_with(|| messages::camera_info(now));
-        self.images.publish_with(|| image);
+        self.images.publish_with(|| session.image());
     }
 
     /// Whether anybody looks at a drawing.

@@ -5,10 +5,10 @@
 //! executed before is answered as before and executes nothing; one that fits nowhere is refused and
 //! changes nothing. No DDS here: messages in, messages out.
 
-use std::{
-    collections::VecDeque,
-    num::{NonZeroU32, NonZeroU64},
-};
+mod reset_ledger;
+mod timeline;
+
+use std::num::{NonZeroU32, NonZeroU64};
 
 use evac_msgs::{ActionCommand, EpisodeStatus, reset, status, step};
 use nalgebra::Isometry2;
@@ -16,30 +16,22 @@ use rand::RngExt;
 use ros_interfaces::{builtin_interfaces::Time, sensor_msgs::Image, std_msgs::Header};
 use task::{Action, Scenario};
 
+use self::{
+    reset_ledger::{ResetLedger, upper_half},
+    timeline::Timeline,
+};
 use super::messages;
 use crate::{
     camera::Camera,
-    world::{Layout, Outcome, World},
+    world::{Layout, World},
 };
 
 /// A client, as DDS identifies it.
 pub type ClientId = [u8; 16];
 
-/// How many clients' latest resets are remembered. Who returns after so many others is a new one.
-const NUMBERINGS: usize = 64;
-
 /// How many steps of an episode find room in the path from the start, so that none of them waits for
 /// memory: as many as an episode usually has at most.
 const PATH_CAPACITY: u32 = 10_000;
-
-/// What was executed, for those who watch.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Executed {
-    /// What the camera sees now.
-    pub image: Image,
-    /// What happened.
-    pub status: EpisodeStatus,
-}
 
 /// Where the robot was, and when.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,14 +47,7 @@ pub struct Visit {
 pub struct Session {
     world: World,
     camera: Camera,
-    /// Nanoseconds that a step or a reset takes.
-    step_duration: u64,
-    /// Nanoseconds since the start.
-    time: u64,
-    /// What a clock on the wall says, where the time of the simulation follows it.
-    wall: Option<u64>,
-    /// Since when everything stands where it stands now.
-    settled: u64,
+    time: Timeline,
     /// How long a move by `/action` takes, in nanoseconds.
     motion_time: u64,
     motion: Option<Motion>,
@@ -74,9 +59,8 @@ pub struct Session {
     /// The pose that the episode began with, and that after each step.
     path: Vec<Visit>,
     control: Option<Control>,
-    /// Who has numbered resets, and the latest number of each.
-    numberings: VecDeque<(Numbering, u64)>,
-    latest_reset: Option<LatestReset>,
+    resets: ResetLedger,
+    /// The latest action and its answer, whose image is left out: the room still shows it.
     latest_step: Option<(u8, step::Response)>,
 }
 
@@ -95,23 +79,6 @@ enum Control {
     Topic,
 }
 
-/// Whose numbers those of a reset are.
-#[derive(Clone, Copy, PartialEq)]
-enum Numbering {
-    /// Small numbers are the client's own.
-    Client(ClientId),
-    /// A program draws the upper half of its numbers. It may have to ask again by a new client, and is
-    /// still the same to the room.
-    Drawn(NonZeroU32),
-}
-
-#[derive(Clone)]
-struct LatestReset {
-    numbering: Numbering,
-    request: reset::Request,
-    response: reset::Response,
-}
-
 /// What a request of `/step` is, if it is not refused.
 enum Judgement {
     /// One that was answered before, so.
@@ -127,7 +94,7 @@ impl Session {
     /// A session at its first episode, which nobody asked for; its image is the first to publish.
     ///
     /// `step_duration` is the simulated time of a step in seconds.
-    pub fn new(world: World, camera: Camera, step_duration: f64) -> (Session, Executed) {
+    pub fn new(world: World, camera: Camera, step_duration: f64) -> (Session, EpisodeStatus) {
         Session::numbered(rand::rng().random(), world, camera, step_duration)
     }
 
@@ -138,23 +105,19 @@ impl Session {
         world: World,
         camera: Camera,
         step_duration: f64,
-    ) -> (Session, Executed) {
+    ) -> (Session, EpisodeStatus) {
         let mut session = Session {
             path: Vec::with_capacity(world.max_steps().min(PATH_CAPACITY) as usize + 1),
             world,
             camera,
-            step_duration: (step_duration * 1e9).round() as u64,
-            time: 0,
-            wall: None,
-            settled: 0,
+            time: Timeline::new(step_duration),
             motion_time: 0,
             motion: None,
             simulator,
             episode: 0,
             seed: 0,
             control: None,
-            numberings: VecDeque::new(),
-            latest_reset: None,
+            resets: ResetLedger::default(),
             latest_step: None,
         };
         let first = session.begin_episode(0);
@@ -178,7 +141,7 @@ impl Session {
 
     /// The time of the simulation, which is the stamp of the latest image.
     pub fn now(&self) -> Time {
-        messages::stamp(self.time)
+        messages::stamp(self.time.now())
     }
 
     /// Holds something else fixed from the next reset on.
@@ -194,13 +157,17 @@ impl Session {
     /// From now on the time of the simulation follows a clock on the wall, which says so many
     /// nanoseconds since the start.
     pub fn set_wall_time(&mut self, nanoseconds: u64) {
-        self.wall = Some(nanoseconds);
+        self.time.follow(nanoseconds);
     }
 
-    /// The present image once more, with a new stamp.
-    pub fn frame(&mut self) -> Image {
-        self.pass_time();
-        messages::image(&self.camera.render(&self.world), self.now())
+    /// What the camera sees now, with the stamp of the present time.
+    pub fn image(&self) -> Image {
+        messages::image(&self.camera, &self.world, self.now())
+    }
+
+    /// Lets time pass between steps, for an image that is sent once more.
+    pub fn pass_time(&mut self) {
+        self.time.pass();
     }
 
     /// When the move under way ends, by the clock on the wall.
@@ -209,15 +176,15 @@ impl Session {
     }
 
     /// Ends the move under way, if its time has come.
-    pub fn finish_motion(&mut self) -> Option<Executed> {
+    pub fn finish_motion(&mut self) -> Option<EpisodeStatus> {
         let motion =
-            self.motion.take_if(|motion| self.wall.is_some_and(|now| now >= motion.end))?;
+            self.motion.take_if(|motion| self.time.wall().is_some_and(|now| now >= motion.end))?;
         // The episode is not over: nothing else moves the robot meanwhile.
-        self.execute(motion.action, Control::Topic).ok().map(|(_, executed)| executed)
+        self.execute(motion.action, Control::Topic).ok()
     }
 
     /// Begins another episode, as a reset by nobody does that has no seed.
-    pub fn next_episode(&mut self, scenario: Scenario) -> Result<Executed, String> {
+    pub fn next_episode(&mut self, scenario: Scenario) -> Result<EpisodeStatus, String> {
         self.world.reset(None, Some(scenario)).map_err(|error| error.to_string())?;
         Ok(self.begin_episode(0))
     }
@@ -233,9 +200,10 @@ impl Session {
         client: ClientId,
         request: &reset::Request,
         default_scenario: Scenario,
-    ) -> (reset::Response, Option<Executed>) {
-        if let Some(answer) = self.repeated_reset(client, request) {
-            return (answer.unwrap_or_else(|refusal| self.refused_reset(refusal)), None);
+    ) -> (reset::Response, Option<EpisodeStatus>) {
+        if let Some(answer) = self.resets.answered(client, request, self.world.steps()) {
+            let refused = |message| self.refused_reset((status::SUPERSEDED, message));
+            return (answer.unwrap_or_else(refused), None);
         }
         let scenario = match request.scenario.as_str() {
             "" => Ok(default_scenario),
@@ -254,60 +222,10 @@ impl Session {
             status: status::OK,
             message: String::new(),
             episode: self.episode_number(),
-            image: executed.image.clone(),
+            image: self.image(),
         };
-        self.remember_reset(client, request, &response);
+        self.resets.note(client, request, &response);
         (response, Some(executed))
-    }
-
-    /// The stored answer to a reset that was executed before, or why it cannot be given.
-    fn repeated_reset(
-        &self,
-        client: ClientId,
-        request: &reset::Request,
-    ) -> Option<Result<reset::Response, Refusal>> {
-        if request.request == 0 {
-            return None;
-        }
-        let numbering = Numbering::of(client, request.request);
-        if let Some(latest) = &self.latest_reset {
-            // By hand each call is a client of its own: there the whole request must be the same, and
-            // nothing have happened since.
-            let same_number =
-                latest.numbering == numbering && latest.request.request == request.request;
-            let by_hand = latest.request == *request && self.world.steps() == 0;
-            if same_number || by_hand {
-                return Some(Ok(latest.response.clone()));
-            }
-        }
-        let (_, latest) = self.numberings.iter().find(|(known, _)| *known == numbering)?;
-        let number = request.request;
-        (number <= *latest).then(|| {
-            let message = match number == *latest {
-                true => format!("another client has reset the room since your request {number}"),
-                false => format!("request {number} is older than your latest, {latest}"),
-            };
-            Err((status::SUPERSEDED, message))
-        })
-    }
-
-    fn remember_reset(
-        &mut self,
-        client: ClientId,
-        request: &reset::Request,
-        response: &reset::Response,
-    ) {
-        self.latest_reset = None;
-        if request.request != 0 {
-            let numbering = Numbering::of(client, request.request);
-            self.numberings.retain(|(known, _)| *known != numbering);
-            self.numberings.push_back((numbering, request.request));
-            if self.numberings.len() > NUMBERINGS {
-                self.numberings.pop_front();
-            }
-            let (request, response) = (request.clone(), response.clone());
-            self.latest_reset = Some(LatestReset { numbering, request, response });
-        }
     }
 
     fn refused_reset(&self, (status, message): Refusal) -> reset::Response {
@@ -316,7 +234,7 @@ impl Session {
     }
 
     /// Answers `/step`.
-    pub fn step(&mut self, request: &step::Request) -> (step::Response, Option<Executed>) {
+    pub fn step(&mut self, request: &step::Request) -> (step::Response, Option<EpisodeStatus>) {
         self.try_step(request).unwrap_or_else(|refusal| (self.refused_step(refusal), None))
     }
 
@@ -347,26 +265,30 @@ impl Session {
     fn try_step(
         &mut self,
         request: &step::Request,
-    ) -> Result<(step::Response, Option<Executed>), Refusal> {
+    ) -> Result<(step::Response, Option<EpisodeStatus>), Refusal> {
         let (action, number) = match self.judge(request)? {
-            Judgement::Repetition(response) => return Ok((response, None)),
+            Judgement::Repetition(stored) => {
+                // Nothing has moved since: the room is as it was, and the stamp that of the step.
+                let stamp = messages::stamp(self.time.settled());
+                let image = messages::image(&self.camera, &self.world, stamp);
+                return Ok((step::Response { image, ..stored }, None));
+            }
             Judgement::Move { action, number } => (action, number),
         };
-        let (outcome, executed) = self.execute(action, Control::Service)?;
+        let executed = self.execute(action, Control::Service)?;
         let response = step::Response {
             success: true,
             status: status::OK,
-            message: String::new(),
-            image: executed.image.clone(),
-            reward: outcome.reward,
-            terminated: outcome.terminated,
-            truncated: outcome.truncated,
-            blocked: outcome.blocked,
+            reward: executed.reward,
+            terminated: executed.terminated,
+            truncated: executed.truncated,
+            blocked: executed.blocked,
             episode: self.episode_number(),
             step: number,
+            ..step::Response::default()
         };
         self.latest_step = Some((request.action, response.clone()));
-        Ok((response, Some(executed)))
+        Ok((step::Response { image: self.image(), ..response }, Some(executed)))
     }
 
     /// What a request of `/step` is, or why it is refused.
@@ -396,7 +318,7 @@ impl Session {
 
     /// Obeys `/action`: what was executed, nothing if the command is only for those who watch, or
     /// why it is refused.
-    pub fn command(&mut self, command: &ActionCommand) -> Result<Option<Executed>, String> {
+    pub fn command(&mut self, command: &ActionCommand) -> Result<Option<EpisodeStatus>, String> {
         if command.sent_by_service {
             return Ok(None);
         }
@@ -406,9 +328,9 @@ impl Session {
             session.check_not_over(session.world.steps() + 1)?;
             session.check_up_to_date(command.header.stamp)?;
             if session.motion_time == 0 {
-                return Ok(Some(session.execute(action, Control::Topic)?.1));
+                return Ok(Some(session.execute(action, Control::Topic)?));
             }
-            let now = session.wall.unwrap_or(session.time);
+            let now = session.time.wall().unwrap_or(session.time.now());
             session.motion = Some(Motion { action, end: now + session.motion_time });
             session.control = Some(Control::Topic);
             Ok(None)
@@ -426,8 +348,9 @@ impl Session {
             return Err((status::OUT_OF_ORDER, message));
         }
         let answered = messages::nanoseconds(stamp);
-        if answered != 0 && answered < self.settled {
-            let (answered, settled) = (seconds(answered), seconds(self.settled));
+        let settled = self.time.settled();
+        if answered != 0 && answered < settled {
+            let (answered, settled) = (seconds(answered), seconds(settled));
             let message = format!(
                 "it answers an image of {answered:.3} s, and since {settled:.3} s the robot is \
                  elsewhere"
@@ -482,11 +405,7 @@ impl Session {
         }
     }
 
-    fn execute(
-        &mut self,
-        action: Action,
-        control: Control,
-    ) -> Result<(Outcome, Executed), Refusal> {
+    fn execute(&mut self, action: Action, control: Control) -> Result<EpisodeStatus, Refusal> {
         let outcome =
             self.world.step(action).map_err(|over| (status::EPISODE_OVER, over.to_string()))?;
         self.control = Some(control);
@@ -498,10 +417,10 @@ impl Session {
             blocked: outcome.blocked,
             ..EpisodeStatus::default()
         };
-        Ok((outcome, self.observe(status)))
+        Ok(self.observe(status))
     }
 
-    fn begin_episode(&mut self, seed: u64) -> Executed {
+    fn begin_episode(&mut self, seed: u64) -> EpisodeStatus {
         // After 2^32 episodes the numbers start again at 1.
         self.episode = self.episode.checked_add(1).unwrap_or(1);
         self.seed = seed;
@@ -512,43 +431,20 @@ impl Session {
         self.observe(EpisodeStatus { action: EpisodeStatus::NONE, ..EpisodeStatus::default() })
     }
 
-    /// Lets the time of a step or reset pass, or that of the clock on the wall.
-    fn pass_time(&mut self) {
-        self.time = match self.wall {
-            None => self.time.saturating_add(self.step_duration),
-            // Two images never have the same stamp.
-            Some(now) => now.max(self.time + 1),
-        };
-    }
-
-    /// Lets the time of a step or reset pass, and takes the picture.
-    fn observe(&mut self, status: EpisodeStatus) -> Executed {
-        self.pass_time();
-        self.settled = self.time;
-        self.path.push(Visit { time: self.time, pose: *self.world.robot() });
-        let stamp = self.now();
-        let image = messages::image(&self.camera.render(&self.world), stamp);
-        let status = EpisodeStatus {
-            header: Header { stamp, frame_id: String::new() },
+    /// Lets the time of a step or reset pass: what there is to see now is new.
+    fn observe(&mut self, status: EpisodeStatus) -> EpisodeStatus {
+        self.time.pass();
+        self.time.settle();
+        self.path.push(Visit { time: self.time.now(), pose: *self.world.robot() });
+        EpisodeStatus {
+            header: Header { stamp: self.now(), frame_id: String::new() },
             episode: self.episode_number(),
             scenario: self.world.scenario().name().to_owned(),
             seed: self.seed,
             step: self.world.steps(),
             ..status
-        };
-        Executed { image, status }
+        }
     }
-}
-
-impl Numbering {
-    fn of(client: ClientId, request: u64) -> Numbering {
-        upper_half(request).map_or(Numbering::Client(client), Numbering::Drawn)
-    }
-}
-
-/// Who has given a number, if that is one who draws the upper half.
-fn upper_half(number: u64) -> Option<NonZeroU32> {
-    NonZeroU32::new((number >> 32) as u32)
 }
 
 fn action(index: u8) -> Result<Action, Refusal> {

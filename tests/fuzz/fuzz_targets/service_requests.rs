@@ -66,8 +66,9 @@ fuzz_target!(|data: &[u8]| {
         }
         _ => {
             if let Some(message) = decoded::<Image>(*encoding, bytes) {
-                if let Ok(seen) = image(&message) {
-                    assert_eq!(seen.bytes()[..], message.data);
+                let data = message.data.clone();
+                if let Ok((seen, _)) = image(message) {
+                    assert_eq!(seen.bytes()[..], data);
                 }
             }
         }

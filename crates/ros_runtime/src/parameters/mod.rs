@@ -14,6 +14,7 @@ use std::{
     sync::{Arc, Mutex, MutexGuard, OnceLock},
 };
 
+use serde::Serialize;
 use thiserror::Error;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
@@ -144,7 +145,29 @@ pub enum ParameterError {
 #[derive(Clone, Debug)]
 struct Declared {
     value: ParameterValue,
+    default: ParameterValue,
     descriptor: Descriptor,
+}
+
+/// A declared parameter, for programs that offer it as an option.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Declaration {
+    /// Its name.
+    pub name: String,
+    /// What it is for.
+    pub description: String,
+    /// What kind of value it takes, in words.
+    pub expected: String,
+    /// Its value now.
+    pub value: ParameterValue,
+    /// The value that it has without an override.
+    pub default: ParameterValue,
+    /// Whether the value is fixed once the node has started.
+    pub read_only: bool,
+    /// The values of a string parameter, if they can be listed.
+    pub choices: Vec<String>,
+    /// The smallest and the largest value of a number.
+    pub range: Option<(f64, f64)>,
 }
 
 /// A node's parameters; a cheap handle that can be shared.
@@ -200,12 +223,11 @@ impl Parameters {
         descriptor: Descriptor,
     ) -> Result<T, ParameterError> {
         let given = self.overrides.own.get(name).or_else(|| self.overrides.shared.get(name));
-        let value = match given {
-            Some(value) => accept(name, value.clone(), T::TYPE, &descriptor)?,
-            // A default may come from a file, too.
-            None => accept(name, default.into_value(), T::TYPE, &descriptor)?,
-        };
-        let entry = Declared { value: value.clone(), descriptor };
+        let default = default.into_value();
+        // A default may come from a file, too.
+        let value = given.unwrap_or(&default).clone();
+        let value = accept(name, value, T::TYPE, &descriptor)?;
+        let entry = Declared { value: value.clone(), default, descriptor };
         let mut declared = self.lock();
         declared.insert(name.to_owned(), entry);
         self.tell((name.to_owned(), value.clone()));
@@ -291,6 +313,17 @@ impl Parameters {
     /// Every parameter with its present value, by name.
     pub fn values(&self) -> BTreeMap<String, ParameterValue> {
         self.lock().iter().map(|(name, entry)| (name.clone(), entry.value.clone())).collect()
+    }
+
+    /// All that is declared, by name.
+    pub fn declarations(&self) -> Vec<Declaration> {
+        let declaration = |(name, entry): (&String, &Declared)| {
+            let Declared { value, default, descriptor } = entry.clone();
+            let Descriptor { description, read_only, choices, range, check: _ } = descriptor;
+            let (name, expected) = (name.clone(), value.kind().to_string());
+            Declaration { name, description, expected, value, default, read_only, choices, range }
+        };
+        self.lock().iter().map(declaration).collect()
     }
 
     fn entry(&self, name: &str) -> Option<Declared> {

@@ -7,13 +7,20 @@ use ros_interfaces::{
 };
 
 use super::{OPTICAL, header};
-use crate::camera::{
-    CHANNELS, Frame, HEIGHT, WIDTH,
-    equidistant::{DISTORTION, FOCAL_LENGTH, PRINCIPAL_POINT},
+use crate::{
+    camera::{
+        CHANNELS, Camera, Frame, HEIGHT, WIDTH,
+        equidistant::{DISTORTION, FOCAL_LENGTH, PRINCIPAL_POINT},
+    },
+    world::World,
 };
 
-/// An image of the camera as sensor_msgs/Image: 20 x 7, rgb8, 60 bytes a row.
-pub(crate) fn image(frame: &Frame, stamp: Time) -> Image {
+/// What the camera sees of a world as sensor_msgs/Image: 20 x 7, rgb8, 60 bytes a row.
+pub(crate) fn image(camera: &Camera, world: &World, stamp: Time) -> Image {
+    let mut data = vec![0; Frame::LENGTH];
+    if let Ok(bytes) = data.as_mut_slice().try_into() {
+        camera.render_to(world, bytes);
+    }
     Image {
         header: header(OPTICAL, stamp),
         height: HEIGHT as u32,
@@ -21,7 +28,7 @@ pub(crate) fn image(frame: &Frame, stamp: Time) -> Image {
         encoding: "rgb8".to_owned(),
         is_bigendian: 0,
         step: (WIDTH * CHANNELS) as u32,
-        data: frame.bytes().to_vec(),
+        data,
     }
 }
 

@@ -145,7 +145,7 @@ fn a_path_has_the_time_and_place_of_every_visit() {
 fn camera_info_goes_with_its_image() {
     let world = fixed_world(Scenario::Empty, &[], &[], &[]);
     let camera = Camera::new(CameraSettings::default()).unwrap();
-    let (image, info) = (image(&camera.render(&world), NOW), camera_info(NOW));
+    let (image, info) = (image(&camera, &world, NOW), camera_info(NOW));
     assert_eq!(info.header, image.header);
     assert_eq!(info.header, Header { stamp: NOW, frame_id: "camera_optical_frame".to_owned() });
     assert_eq!((info.width, info.height), (image.width, image.height));

@@ -1,4 +1,4 @@
-use super::*;
+use super::{reset_ledger::NUMBERINGS, *};
 use crate::{camera::CameraSettings, world::WorldSettings};
 
 const ALICE: ClientId = [1; 16];
@@ -8,7 +8,7 @@ fn session() -> Session {
     let world = World::new(WorldSettings::default(), Scenario::Empty, 0).unwrap();
     let (session, first) =
         Session::new(world, Camera::new(CameraSettings::default()).unwrap(), 0.5);
-    assert_eq!(first.image.header.stamp, messages::stamp(500_000_000), "the clock's first time");
+    assert_eq!(first.header.stamp, messages::stamp(500_000_000), "the clock's first time");
     session
 }
 
@@ -22,6 +22,12 @@ fn reset(session: &mut Session, client: ClientId, number: u64) -> reset::Respons
 
 fn step(session: &mut Session, episode: u64, number: u32, action: u8) -> step::Response {
     session.step(&step::Request { episode, step: number, action }).0
+}
+
+/// The stamp of an image that is sent between steps.
+fn frame_stamp(session: &mut Session) -> Time {
+    session.pass_time();
+    session.image().header.stamp
 }
 
 #[test]
@@ -181,7 +187,7 @@ fn time_passes_with_what_is_executed_only() {
     step(&mut session, episode, 1, 3);
     step(&mut session, episode, 7, 3);
     assert_eq!(answer.image.header.stamp, messages::stamp(1_500_000_000));
-    assert_eq!(session.time, 1_500_000_000);
+    assert_eq!(session.time.now(), 1_500_000_000);
 }
 
 #[test]
@@ -192,7 +198,7 @@ fn the_memory_of_clients_is_bounded() {
         id[..8].copy_from_slice(&client.to_le_bytes());
         session.reset(id, &request(1, client), Scenario::Empty);
     }
-    assert_eq!(session.numberings.len(), NUMBERINGS);
+    assert_eq!(session.resets.len(), NUMBERINGS);
 }
 
 #[test]
@@ -242,7 +248,7 @@ fn a_moving_robot_is_not_commanded_and_an_old_image_not_answered() {
     let mut session = session();
     session.set_motion_time(400);
     session.set_wall_time(1_000_000_000);
-    let first = session.frame().header.stamp;
+    let first = frame_stamp(&mut session);
     assert_eq!(first, messages::stamp(1_000_000_000));
     let command = |stamp: Time| ActionCommand {
         header: Header { stamp, frame_id: String::new() },
@@ -253,17 +259,17 @@ fn a_moving_robot_is_not_commanded_and_an_old_image_not_answered() {
     assert_eq!(session.command(&command(first)), Ok(None));
     // While it moves, nothing counts.
     session.set_wall_time(1_000_000_300);
-    let meanwhile = session.frame().header.stamp;
+    let meanwhile = frame_stamp(&mut session);
     let refused = session.command(&command(meanwhile)).unwrap_err();
     assert!(refused.starts_with("the robot is moving"), "{refused}");
     assert_eq!((session.finish_motion(), steps(&session)), (None, 0));
     session.set_wall_time(1_000_000_450);
     let executed = session.finish_motion().unwrap();
-    assert_eq!((executed.status.step, steps(&session)), (1, 1));
+    assert_eq!((executed.step, steps(&session)), (1, 1));
     // An image of before the end is an old one, even if it comes after it.
     let refused = session.command(&command(meanwhile)).unwrap_err();
     assert!(refused.contains("the robot is elsewhere"), "{refused}");
-    assert_eq!(session.command(&command(executed.image.header.stamp)), Ok(None));
+    assert_eq!(session.command(&command(executed.header.stamp)), Ok(None));
     // By hand, without a stamp, the image is whatever there is.
     session.set_wall_time(1_000_001_000);
     session.finish_motion().unwrap();
@@ -277,13 +283,13 @@ fn the_next_episode_is_anybodys_again() {
     let command = |action| ActionCommand { action, ..ActionCommand::default() };
     for action in (0..7).cycle() {
         let Ok(Some(executed)) = session.command(&command(action)) else { panic!("refused") };
-        if executed.status.terminated || executed.status.truncated {
+        if executed.terminated || executed.truncated {
             break;
         }
     }
     assert_ne!(step(&mut session, 0, 0, 3).status, status::OK);
     let next = session.next_episode(Scenario::Concave).unwrap();
-    assert_eq!((next.status.episode, next.status.step), (number + 1, 0));
+    assert_eq!((next.episode, next.step), (number + 1, 0));
     assert_eq!(session.scenario(), Scenario::Concave);
     assert_eq!(step(&mut session, 0, 0, 3).status, status::OK);
 }

@@ -25,7 +25,8 @@ pub const PATIENCE: Duration = Duration::from_secs(60);
 
 /// The root of the repository.
 pub fn repository() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("this package lies in the repository")
+    let own = Path::new(env!("CARGO_MANIFEST_DIR"));
+    own.ancestors().nth(2).expect("this package lies in the repository")
 }
 
 /// A node's program, built from what is here now.
@@ -46,7 +47,7 @@ pub fn binary(name: &str) -> PathBuf {
         let mut build = Command::new(env!("CARGO"));
         build
             .args(["build", "--quiet", "--bins", "--profile", profile])
-            .args(["--package", "sim_node", "--package", "agent_node"])
+            .args(["--package", "sim_node", "--package", "agent_node", "--package", "launcher"])
             .current_dir(repository());
         // What cargo says to a test of its package has ring, which security stands on, built anew.
         for (name, _) in std::env::vars().filter(|(name, _)| is_of_a_package(name)) {

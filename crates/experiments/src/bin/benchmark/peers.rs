@@ -1,11 +1,13 @@
 //! Other people's software on the same machine in the same run: `tests/peers/benchmark`.
 
 use std::{
-    path::Path,
+    fs,
+    path::PathBuf,
     process::{Command, Stdio},
 };
 
-use evac_tests::{Nodes, repository};
+use anyhow::{Context, ensure};
+use experiments::{Nodes, repository};
 use learning::{
     observation::input_size,
     settings::{Preset, Settings},
@@ -22,8 +24,30 @@ pub struct PeerFigures {
     pub ddsperf_rtt_us: Option<f64>,
 }
 
-/// Runs the peers by a Python that has their packages.
-pub fn measure(python: &Path) -> anyhow::Result<PeerFigures> {
+/// A Python that has the peers' packages, in a virtual environment that is made if need be.
+fn python() -> anyhow::Result<PathBuf> {
+    let requirements = repository().join("tests/peers/benchmark/requirements.txt");
+    let environment = repository().join(".venv-bench");
+    let (python, installed) =
+        (environment.join("bin/python"), environment.join("requirements.txt"));
+    let wanted = fs::read(&requirements).with_context(|| requirements.display().to_string())?;
+    // What is installed, so that the next run need not ask.
+    if fs::read(&installed).is_ok_and(|found| found == wanted) {
+        return Ok(python);
+    }
+    let made = Command::new("python3").args(["-m", "venv"]).arg(&environment).status();
+    let made = made.context("python3 not found: install Python 3.11 or later for --peers")?;
+    ensure!(made.success(), "python3 makes no virtual environments (Debian: install python3-venv)");
+    let mut install = Command::new(&python);
+    install.args(["-m", "pip", "install", "--quiet", "--requirement"]).arg(&requirements);
+    ensure!(install.status()?.success(), "pip cannot install {}", requirements.display());
+    fs::write(&installed, wanted)?;
+    Ok(python)
+}
+
+/// Measures the peers.
+pub fn measure() -> anyhow::Result<PeerFigures> {
+    let python = &python()?;
     let nodes = Nodes::new();
     let run = |script: &str, arguments: &[String]| {
         let path = repository().join("tests/peers/benchmark").join(script);

@@ -11,7 +11,7 @@ use std::{
 
 use anyhow::{anyhow, ensure};
 use clap::Parser;
-use evac_tests::{
+use experiments::{
     Nodes, Outcome,
     network::{Faults, Network},
 };
@@ -42,26 +42,28 @@ const STANDSTILL: Duration = Duration::from_secs(120);
 /// A report on /diagnostics comes each second; the last one, after the last step.
 const LAST_REPORT: Duration = Duration::from_secs(3);
 
-/// Trains over a bad network, and reports which steps were lost or repeated.
+/// A training of a million steps over a bad network: which steps were lost or repeated, whether the result
+/// is that of the same training without a network, and whether the nodes grow. It makes two network
+/// namespaces and a relay between them, for which it needs root, Linux, util-linux and iproute2.
 #[derive(Parser)]
 struct CommandLine {
     /// Training episodes, each in a scenario that is drawn for it
-    #[arg(long)]
+    #[arg(long, default_value_t = 28_000)]
     episodes: u32,
     /// The chance that a frame of the network is lost
-    #[arg(long)]
+    #[arg(long, default_value_t = 0.002)]
     loss: f64,
     /// The chance that a frame comes twice
-    #[arg(long)]
+    #[arg(long, default_value_t = 0.01)]
     repetition: f64,
     /// The longest delay of a frame, in milliseconds; each has its own, so they overtake each other
-    #[arg(long)]
+    #[arg(long, default_value_t = 0.2)]
     delay: f64,
     /// The network is cut off for 5 s after so many steps, again and again
-    #[arg(long)]
+    #[arg(long, default_value_t = 100_000)]
     cut_interval: u64,
     /// Where the figures go, as JSON
-    #[arg(long)]
+    #[arg(long, default_value = "soak.json")]
     out: PathBuf,
 }
 

@@ -1,18 +1,17 @@
-//! All trainings and tests of `launch_scripts/reproduce.sh`, summed up over their seeds: as JSON, and
+//! All trainings and tests, summed up over their seeds: as JSON, and
 //! as tables beside the paper's figures.
 
 use std::{collections::BTreeMap, fs, path::Path};
 
 use anyhow::{Context, ensure};
+use experiments::replace_section;
 use learning::{run::Summary, settings::Preset};
-use serde::{Serialize, de::DeserializeOwned};
-use task::{Evaluation, Scenario, seeds::MIXED};
-
-use super::{
+use report::{
     confidence::{Mean, wilson_interval},
     numbers::{count, decimal, duration},
-    section::replace_section,
 };
+use serde::{Serialize, de::DeserializeOwned};
+use task::{Evaluation, Scenario, seeds::MIXED};
 
 /// What the paper says of its own trainings, each of 1,000 episodes, in its
 /// sections 3.1, 3.2.1 and 3.2.2.

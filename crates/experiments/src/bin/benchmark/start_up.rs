@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use evac_tests::{Nodes, PATIENCE};
+use experiments::{Nodes, PATIENCE};
 use ros_interfaces::sensor_msgs::Image;
 use ros_runtime::node::{Node, reliable};
 

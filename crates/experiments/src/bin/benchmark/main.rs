@@ -24,9 +24,11 @@ struct CommandLine {
     /// Where the figures go, as JSON
     #[arg(long, default_value = "bench.json")]
     out: PathBuf,
-    /// A Python with the packages of tests/peers/benchmark/requirements.txt, to measure the peers
+    /// Measures other people's software in the same run: PyTorch, Stable-Baselines3 and CycloneDDS from
+    /// PyPI, some 5 GB that go into .venv-bench, and CycloneDDS's ddsperf where it is on the PATH
+    /// (Debian: cyclonedds-tools)
     #[arg(long)]
-    peers: Option<PathBuf>,
+    peers: bool,
     /// Also trains in several rooms at once that take their time
     #[arg(long)]
     scale: bool,
@@ -54,7 +56,7 @@ fn main() -> anyhow::Result<()> {
     let threads = std::env::var("RAYON_NUM_THREADS").unwrap_or_default();
     anyhow::ensure!(
         threads == "1",
-        "RAYON_NUM_THREADS is '{threads}', and the ruler is one thread: use launch_scripts/bench.sh"
+        "RAYON_NUM_THREADS is '{threads}', and the ruler is one thread: use 'evac bench'"
     );
     let report = Report {
         room: part("the simulator", room::measure)?,
@@ -66,9 +68,9 @@ fn main() -> anyhow::Result<()> {
             true => part("trainings in several rooms at once", scale::measure)?,
             false => Vec::new(),
         },
-        peers: match &command_line.peers {
-            Some(python) => part("the peers", || peers::measure(python))?,
-            None => PeerFigures::default(),
+        peers: match command_line.peers {
+            true => part("the peers", peers::measure)?,
+            false => PeerFigures::default(),
         },
     };
     print!("{}", report.table());

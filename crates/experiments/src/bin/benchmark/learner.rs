@@ -3,7 +3,7 @@
 use std::{num::NonZeroU64, time::Instant};
 
 use candle_core::{Device, Tensor};
-use evac_tests::Room;
+use experiments::Room;
 use learning::{
     dyna_q::DynaQ,
     observation::input_size,

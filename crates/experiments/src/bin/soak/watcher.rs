@@ -6,7 +6,7 @@ use std::{
     time::Duration,
 };
 
-use evac_tests::network::Host;
+use experiments::network::Host;
 use ros_interfaces::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
 use ros_runtime::{
     Arguments, Node,

@@ -2,7 +2,7 @@
 
 use std::{fs, time::Duration};
 
-use evac_tests::{Nodes, Room, Silent};
+use experiments::{Nodes, Room, Silent};
 use learning::{
     settings::Preset,
     training::{Plan, Training},

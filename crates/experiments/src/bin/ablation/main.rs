@@ -16,7 +16,7 @@ use std::{
 
 use anyhow::Context;
 use clap::Parser;
-use evac_tests::{Room, Silent};
+use experiments::{Room, Silent, replace_section, repository};
 use learning::{
     evaluation::{TestPlan, run_test},
     run::RunDirectory,
@@ -46,7 +46,7 @@ struct CommandLine {
     /// Where the figures go, as JSON; what is there already is not done again
     #[arg(long, default_value = "ablation.json")]
     out: PathBuf,
-    /// The page that holds the tables, between two comments
+    /// The page that holds the tables, between two comments [default: docs/results.md]
     #[arg(long)]
     results: Option<PathBuf>,
 }
@@ -112,11 +112,9 @@ fn main() -> anyhow::Result<()> {
         let threads: Vec<_> = (0..command_line.jobs.max(1)).map(|_| scope.spawn(work)).collect();
         threads.into_iter().try_for_each(|thread| thread.join().expect("no training panics"))
     })?;
-    if let Some(page) = &command_line.results {
-        let tables = table::tables(&variants, &lock(&figures));
-        report::replace_section(page, "ablation", &tables)?;
-    }
-    Ok(())
+    let results = repository().join("docs/results.md");
+    let page = command_line.results.as_ref().unwrap_or(&results);
+    replace_section(page, "ablation", &table::tables(&variants, &lock(&figures)))
 }
 
 fn lock(figures: &Mutex<Figures>) -> std::sync::MutexGuard<'_, Figures> {

@@ -3,7 +3,7 @@
 use std::{fmt::Write, time::Duration};
 
 use anyhow::ensure;
-use evac_tests::network::Traffic;
+use experiments::network::Traffic;
 use serde_json::json;
 
 use crate::{Holdings, Sample};

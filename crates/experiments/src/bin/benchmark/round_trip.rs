@@ -7,7 +7,7 @@ use std::{
 };
 
 use evac_msgs::{Reset, Step, reset, step};
-use evac_tests::{Nodes, PATIENCE};
+use experiments::{Nodes, PATIENCE};
 use ros_interfaces::{RosService, sensor_msgs::Image, std_msgs::Header};
 use ros_runtime::{
     discovery::Discovery,
@@ -178,7 +178,7 @@ fn services() -> QosProfile {
 }
 
 fn plain_node(discovery: &Discovery, name: &str) -> anyhow::Result<Node> {
-    let context = Context::from_domain_participant(discovery.participant()?)?;
+    let context = Context::from_domain_participant(discovery.participant(Default::default())?)?;
     let mut node = context.new_node(NodeName::new("/", name)?, NodeOptions::new())?;
     // ros2-client's Spinner tells its node when the other side is there.
     let spinner = node.spinner()?;

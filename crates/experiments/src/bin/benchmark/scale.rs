@@ -2,7 +2,7 @@
 
 use std::{fs, time::Duration};
 
-use evac_tests::Nodes;
+use experiments::Nodes;
 use serde_json::Value;
 
 /// How long a move takes.
