@@ -1,9 +1,10 @@
 //! What an agent says of its decisions, for whoever watches.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use evac_msgs::{ActionCommand, QValues, Step};
 use learning::dyna_q::Decision;
+use parking_lot::Mutex;
 use ros_interfaces::std_msgs::Header;
 use ros_runtime::{
     Node, Publisher,
@@ -48,7 +49,7 @@ impl Announcer {
         if !acts && !self.q_values.has_readers() {
             return;
         }
-        let latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let latest = self.latest.lock().clone();
         let Some(header) = latest else { return };
         let action = decision.action.index();
         if acts {

@@ -1,10 +1,8 @@
 //! What the node says of itself on `/diagnostics`.
 
-use std::{
-    sync::{Arc, Mutex, MutexGuard},
-    time::Instant,
-};
+use std::{sync::Arc, time::Instant};
 
+use parking_lot::{Mutex, MutexGuard};
 use ros_runtime::diagnostics::{Diagnostics, Level, Report};
 
 use super::console::recent_success;
@@ -46,7 +44,7 @@ impl LearnerState {
     }
 
     fn learner(&self) -> MutexGuard<'_, Learner> {
-        self.0.lock().expect("nothing panics while it holds this lock")
+        self.0.lock()
     }
 }
 
@@ -97,7 +95,7 @@ impl DriverState {
 
     /// What to change when something happens.
     pub(super) fn drive(&self) -> MutexGuard<'_, Drive> {
-        self.0.lock().expect("nothing panics while it holds this lock")
+        self.0.lock()
     }
 }
 

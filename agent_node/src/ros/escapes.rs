@@ -3,6 +3,7 @@
 
 use std::{num::NonZeroU64, time::Duration};
 
+use learning::run::RunDirectory;
 use log::warn;
 use report::{
     EscapeFigures,
@@ -14,7 +15,7 @@ use task::{
     seeds::{MIXED, Purpose, episode_scenario, episode_seed},
 };
 
-use super::{ground_truth::GroundTruth, policy_test::PolicyTest};
+use super::{common::Common, ground_truth::GroundTruth, policy_test::PolicyTest};
 
 /// Rooms of the test that are shown, the first ones.
 const ROOMS: u32 = 6;
@@ -57,9 +58,35 @@ impl FixedRoom {
     }
 }
 
+/// Draws the policy's escapes into the directory `figures`; `None` where they cannot be seen, or if
+/// the node shuts down. The simulator stands in a namespace relative to the node's own.
+pub(super) fn draw(
+    test: &mut PolicyTest,
+    namespace: &str,
+    common: &Common,
+    directory: &RunDirectory,
+) -> anyhow::Result<Option<EscapeFigures>> {
+    if !common.figures {
+        return Ok(None);
+    }
+    let truth = GroundTruth::new(test.room.node(), namespace)?;
+    let figures = match figures(test, &truth, &common.simulator_parameters) {
+        Ok(Some(figures)) => figures,
+        Ok(None) => return Ok(None),
+        // What is done is done; only pictures are missing.
+        Err(error) => {
+            warn!("there are no figures of escapes: {error:#}");
+            return Ok(None);
+        }
+    };
+    let directory = RunDirectory::open(&directory.file("figures"))?;
+    figures.files().try_for_each(|(name, bytes)| directory.write(&name, bytes))?;
+    Ok(Some(figures))
+}
+
 /// The figures of a policy in a scenario; `None`, with a warning, where nobody publishes the ground
 /// truth.
-pub(super) fn figures<'node>(
+fn figures<'node>(
     test: &mut PolicyTest<'_, 'node>,
     truth: &GroundTruth<'node>,
     parameters: &ParameterClient,

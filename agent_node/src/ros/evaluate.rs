@@ -8,6 +8,7 @@ use ros_runtime::{Arguments, Node, parameters::Parameters};
 
 use super::{
     common::{Common, CommonParameters, TestParameters},
+    escapes,
     parameters::{TrainedModel, declare, scenario},
     policy_test::{PolicyTest, read_fewest_steps},
     simulator::Connection,
@@ -39,7 +40,7 @@ pub fn evaluate(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<
     match test.run(fewest.as_ref())? {
         Some(tested) => {
             directory.write_json("evaluation.json", &tested.evaluation)?;
-            test.draw_escapes("", &common, &directory)?;
+            escapes::draw(&mut test, "", &common, &directory)?;
         }
         None => info!("stopped before the end of the test"),
     }

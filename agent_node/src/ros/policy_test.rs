@@ -7,15 +7,13 @@ use learning::{
     dyna_q::Decision,
     evaluation::{TestListener, TestPlan, run_test},
     policy::Policy,
-    run::RunDirectory,
 };
 use log::{info, warn};
-use report::{CaptionedFrame, EscapeFigures};
+use report::CaptionedFrame;
 use task::{Evaluation, FewestSteps, Image, TestEpisode};
 
 use super::{
-    announcer::Announcer, common::Common, console::Console, escapes, ground_truth::GroundTruth,
-    simulator::Simulator, simulator_error::SimulatorError,
+    announcer::Announcer, console::Console, simulator::Simulator, simulator_error::SimulatorError,
 };
 
 /// Images that the report shows.
@@ -69,32 +67,6 @@ impl PolicyTest<'_, '_> {
         let (successes, rate) = (evaluation.successes, 100.0 * evaluation.success_rate);
         info!("{successes} of {} test episodes escaped: {rate:.1} %", evaluation.episodes);
         Ok(Some(Tested { evaluation, frames: listener.frames }))
-    }
-
-    /// Draws the policy's escapes into the directory `figures`; `None` where they cannot be seen, or if
-    /// the node shuts down. The simulator stands in a namespace relative to the node's own.
-    pub(super) fn draw_escapes(
-        &mut self,
-        namespace: &str,
-        common: &Common,
-        directory: &RunDirectory,
-    ) -> anyhow::Result<Option<EscapeFigures>> {
-        if !common.figures {
-            return Ok(None);
-        }
-        let truth = GroundTruth::new(self.room.node(), namespace)?;
-        let figures = match escapes::figures(self, &truth, &common.simulator_parameters) {
-            Ok(Some(figures)) => figures,
-            Ok(None) => return Ok(None),
-            // What is done is done; only pictures are missing.
-            Err(error) => {
-                warn!("there are no figures of escapes: {error:#}");
-                return Ok(None);
-            }
-        };
-        let directory = RunDirectory::open(&directory.file("figures"))?;
-        figures.files().try_for_each(|(name, bytes)| directory.write(&name, bytes))?;
-        Ok(Some(figures))
     }
 }
 

@@ -4,11 +4,7 @@
 //! for again, which the simulator recognises by its numbers; what else must be asked, and of a
 //! restarted simulator, [`Conversation`] knows.
 
-use std::{
-    num::NonZeroU64,
-    sync::{Arc, PoisonError},
-    time::Duration,
-};
+use std::{num::NonZeroU64, sync::Arc, time::Duration};
 
 use evac_msgs::{Reset, Step as StepService};
 use log::warn;
@@ -99,7 +95,7 @@ impl<'a> Simulator<'a> {
 
     /// Lets the announcer know which image was seen last.
     fn note_header(&self) {
-        let mut latest = self.connection.latest.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut latest = self.connection.latest.lock();
         match (self.conversation.header(), &mut *latest) {
             // Without an allocation at each step.
             (Some(header), Some(latest)) => latest.clone_from(header),

@@ -18,6 +18,7 @@ use super::{
     common::{Common, CommonParameters, LARGEST_SEED, TestParameters},
     console::Console,
     diagnostics::LearnerState,
+    escapes,
     parameters::{Defaults, count, declare, model_settings, scenario, training_settings},
     policy_test::{PolicyTest, read_fewest_steps},
     simulator::{Connection, Simulator},
@@ -280,7 +281,7 @@ fn test_and_draw(
     };
     summary.evaluation = Some(tested.evaluation);
     directory.write_json("summary.json", &summary)?;
-    let escapes = test.draw_escapes(namespace, common, directory)?;
+    let escapes = escapes::draw(&mut test, namespace, common, directory)?;
     Ok(Some(Pictures { frames: tested.frames, escapes }))
 }
 

@@ -10,9 +10,9 @@ use log::LevelFilter;
 use thiserror::Error;
 
 use crate::{
-    logging::parse_level,
+    logging::level::parse_level,
     names::{Remap, RemapError},
-    parameters::{Override, OverrideError},
+    parameters::value::{Override, OverrideError},
     security::{EnclaveName, InvalidEnclaveName},
 };
 

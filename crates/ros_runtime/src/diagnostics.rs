@@ -3,46 +3,20 @@
 //! A part is a function that is called when its report is due, and only while somebody reads the
 //! topic: it costs nothing otherwise.
 
-use std::{
-    sync::{Arc, Mutex},
-    time::Duration,
-};
+use std::{sync::Arc, time::Duration};
 
+use parking_lot::{Mutex, MutexGuard};
 use ros_interfaces::{
     diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue},
     std_msgs::Header,
 };
 use tokio::time::{MissedTickBehavior, interval};
 
-use crate::{clock::Clock, node::Publisher};
+pub use crate::report::{Level, Report};
+use crate::{clock::Clock, publisher::Publisher};
 
 /// The time between two reports of a part.
 pub const PERIOD: Duration = Duration::from_secs(1);
-
-/// How well a part does.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Level {
-    /// All is well.
-    #[default]
-    Ok,
-    /// Somebody should look.
-    Warn,
-    /// It does not work.
-    Error,
-    /// Nothing was heard of it for a while.
-    Stale,
-}
-
-/// How a part is.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Report {
-    /// How well.
-    pub level: Level,
-    /// In a few words.
-    pub message: String,
-    /// The same in numbers: what, with its unit, and how much.
-    pub values: Vec<(&'static str, String)>,
-}
 
 type Part = (String, Box<dyn FnMut() -> Report + Send>);
 
@@ -76,8 +50,8 @@ impl Diagnostics {
         }
     }
 
-    fn parts(&self) -> std::sync::MutexGuard<'_, Vec<Part>> {
-        self.parts.lock().expect("no report panics")
+    fn parts(&self) -> MutexGuard<'_, Vec<Part>> {
+        self.parts.lock()
     }
 }
 

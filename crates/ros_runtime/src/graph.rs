@@ -5,10 +5,11 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    sync::{Arc, Mutex},
+    sync::Arc,
 };
 
 use futures::StreamExt;
+use parking_lot::Mutex;
 use rustdds::{
     DomainParticipant, GUID,
     dds::statusevents::{DomainParticipantStatusEvent as Event, StatusEvented},
@@ -98,7 +99,7 @@ impl Graph {
     }
 
     fn with<T>(&self, work: impl FnOnce(&mut Known) -> T) -> T {
-        work(&mut self.known.lock().expect("nothing panics while it holds this lock"))
+        work(&mut self.known.lock())
     }
 }
 

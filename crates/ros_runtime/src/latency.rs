@@ -1,11 +1,9 @@
 //! How long the answers of a service take, from time to time.
 
-use std::{
-    sync::{Arc, Mutex, MutexGuard},
-    time::Duration,
-};
+use std::{sync::Arc, time::Duration};
 
-use crate::diagnostics::{Level, Report};
+use crate::report::{Level, Report};
+use parking_lot::{Mutex, MutexGuard};
 
 /// The latencies of a client; a cheap handle that can be shared.
 #[derive(Clone, Debug, Default)]
@@ -56,7 +54,7 @@ impl Latencies {
     }
 
     fn known(&self) -> MutexGuard<'_, Known> {
-        self.known.lock().expect("nothing panics while it holds this lock")
+        self.known.lock()
     }
 
     /// The answers since the last report.

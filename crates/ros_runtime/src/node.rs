@@ -1,109 +1,46 @@
 //! A node: its name, its parameters, and what it publishes, hears, serves and asks.
 
-use std::{
-    collections::BTreeSet,
-    future::Future,
-    sync::{
-        Arc, Mutex, MutexGuard,
-        atomic::{AtomicU64, Ordering},
-    },
-};
+use std::{collections::BTreeSet, future::Future, sync::Arc};
 
-use futures::{Stream, stream};
-use log::{debug, warn};
+pub use crate::{
+    node_error::NodeError,
+    publisher::{LatchedPublisher, Publisher},
+    qos::{best_effort, latched, reliable},
+};
+use log::warn;
+use parking_lot::{Mutex, MutexGuard};
 use ros_interfaces::{
     Interfaces, RosMessage, RosService, rosgraph_msgs,
     type_description_interfaces::GetTypeDescription,
 };
 pub use ros2_client::Subscription;
 use ros2_client::{
-    Context, Message, Name, NodeName, NodeOptions, Server, ServiceTypeName,
-    error::WriteError,
-    parameters::raw,
-    qos::{Durability, History, QosProfile, WhenFull},
+    Context, Message, Name, NodeName, NodeOptions, Server, ServiceTypeName, parameters::raw,
+    qos::QosProfile,
 };
-use thiserror::Error;
-use tokio::{runtime::Runtime, sync::watch};
+use tokio::runtime::Runtime;
 
 use crate::{
     arguments::Arguments,
     clock::{Clock, USE_SIM_TIME},
     corrections,
     diagnostics::{Diagnostics, Level, Report},
-    discovery::{self, Discovery, DiscoveryError},
+    discovery::{self, Discovery},
     graph::Graph,
     latency::Latencies,
-    logging::{self, InvalidColorization},
-    names::{InvalidName, Naming},
-    parameters::{ParameterError, ParameterFileError, ParameterServices, Parameters},
-    rmw::{Rmw, UnknownRmw},
+    logging,
+    names::Naming,
+    node_error::endpoint,
+    parameters::{ParameterServices, Parameters},
+    qos::services,
+    rmw::Rmw,
     server::ServiceServer,
-    service::{ServiceClient, SharedNode, create_client, services},
+    service::{ServiceClient, create_client},
+    shared_node::SharedNode,
     shutdown::Shutdown,
     spin,
     types::Types,
 };
-
-/// Why a node cannot be made, or not have one of its topics or services.
-#[derive(Debug, Error)]
-pub enum NodeError {
-    /// The environment is wrong, or DDS does not start.
-    #[error(transparent)]
-    Discovery(#[from] DiscoveryError),
-    /// The console cannot be written as wanted.
-    #[error(transparent)]
-    Logging(#[from] InvalidColorization),
-    /// The middleware is none that can be spoken with.
-    #[error(transparent)]
-    Rmw(#[from] UnknownRmw),
-    /// A name is none.
-    #[error(transparent)]
-    Name(#[from] InvalidName),
-    /// A parameter file cannot be used.
-    #[error(transparent)]
-    ParameterFile(#[from] ParameterFileError),
-    /// A parameter that every node has is wrong.
-    #[error(transparent)]
-    Parameter(#[from] ParameterError),
-    /// What describes the node's types is no definition.
-    #[error("a definition is wrong: {0}")]
-    Definition(#[from] rosidl::DefinitionError),
-    /// The operating system refuses threads or signals.
-    #[error("could not start the node's runtime: {0}")]
-    Runtime(#[from] std::io::Error),
-    /// DDS refuses an endpoint.
-    #[error("could not create {what}: {reason}")]
-    Endpoint {
-        /// The node, topic or service.
-        what: String,
-        /// What DDS says.
-        reason: String,
-    },
-}
-
-/// Reliable, volatile, the last `depth` samples. A publisher never waits for a slow reader: if the
-/// send window (8,192 samples) is full, the new sample is dropped for all, and said so.
-pub fn reliable(depth: usize) -> QosProfile {
-    QosProfile::publisher_default()
-        .history(History::KeepLast { depth })
-        .reliability_reliable(WhenFull::Fail)
-}
-
-/// Best effort, volatile, the last `depth` samples: for what is soon followed by something newer, so
-/// that nobody need wait for what was lost. Such a subscription hears reliable publishers, too.
-pub fn best_effort(depth: usize) -> QosProfile {
-    QosProfile::subscription_default()
-        .history(History::KeepLast { depth })
-        .reliability_best_effort()
-}
-
-/// Reliable and transient local: whoever comes late gets the last `depth` samples.
-///
-/// For a topic with more than one message see [`Node::create_latched_publisher`], because RustDDS
-/// keeps and sends more samples than that.
-pub fn latched(depth: usize) -> QosProfile {
-    reliable(depth).durability(Durability::TransientLocal)
-}
 
 /// A ROS 2 node.
 pub struct Node {
@@ -264,8 +201,7 @@ impl Node {
     ) -> Result<LatchedPublisher<M>, NodeError> {
         let name = self.naming.resolve(topic)?;
         let topic = self.topic::<M>(&name, &latched(1))?;
-        let publisher = Publisher::new(&self.node, &self.graph, name, &topic)?;
-        Ok(LatchedPublisher { publisher: Mutex::new(publisher), node: self.node.clone(), topic })
+        LatchedPublisher::new(&self.node, &self.graph, name, topic)
     }
 
     /// A subscription to a topic.
@@ -419,123 +355,4 @@ fn dds_report() -> Report {
     let level = if corrections::is_corrected() { Level::Ok } else { Level::Warn };
     let values = vec![("corrections", corrections::corrections().count().to_string())];
     Report { level, message: corrections::RUSTDDS.to_owned(), values }
-}
-
-fn endpoint<E: std::fmt::Display>(what: &str) -> impl FnOnce(E) -> NodeError {
-    let what = what.to_owned();
-    move |error| NodeError::Endpoint { what, reason: error.to_string() }
-}
-
-/// A publisher that does nothing while nobody reads.
-pub struct Publisher<M: RosMessage> {
-    name: String,
-    publisher: ros2_client::Publisher<M>,
-    readers: watch::Receiver<usize>,
-    graph: Graph,
-    /// How many messages nobody has got, because a reader was too slow.
-    unsent: AtomicU64,
-}
-
-impl<M: RosMessage> Publisher<M> {
-    fn new(
-        node: &SharedNode,
-        graph: &Graph,
-        name: String,
-        topic: &rustdds::Topic,
-    ) -> Result<Publisher<M>, NodeError> {
-        let publisher = node.lock().create_publisher(topic, None).map_err(endpoint(&name))?;
-        let readers = graph.matches(publisher.guid());
-        let (graph, unsent) = (graph.clone(), AtomicU64::new(0));
-        Ok(Publisher { name, publisher, readers, graph, unsent })
-    }
-
-    /// Whether anybody reads the topic now.
-    pub fn has_readers(&self) -> bool {
-        *self.readers.borrow() > 0
-    }
-
-    /// Whether anybody else reads the topic than the nodes that serve a service.
-    pub fn has_readers_besides<S: RosService>(&self, servers: &ServiceClient<S>) -> bool {
-        let guid = self.publisher.guid();
-        self.has_readers() && self.graph.matches_besides(guid, &servers.request_topic)
-    }
-
-    /// Publishes the message that the function makes; it is not made if nobody reads.
-    pub fn publish_with(&self, message: impl FnOnce() -> M) {
-        if self.has_readers() {
-            self.publish(message());
-        }
-    }
-
-    /// Publishes a message even if nobody reads: where it is [`latched`], somebody will.
-    pub fn publish(&self, message: M) {
-        match self.publisher.publish(message) {
-            Ok(()) => {}
-            Err(WriteError::WouldBlock { .. }) => {
-                let unsent = self.unsent.fetch_add(1, Ordering::Relaxed) + 1;
-                // Less and less often: it may last, and there may be thousands a second.
-                if unsent.is_power_of_two() {
-                    let name = &self.name;
-                    warn!("{name}: a reader is too slow; {unsent} messages were not sent so far");
-                }
-            }
-            Err(error) => warn!("{}: could not publish: {error}", self.name),
-        }
-    }
-}
-
-/// A publisher of a state, of which every reader gets the latest, however late it comes.
-///
-/// The topic is transient local with a depth of 1, but RustDDS does not go by that depth: while
-/// nobody reads it keeps the last 8,192 samples, otherwise all those of the last six seconds, and
-/// a late reader gets every one of them, the oldest first. So nothing is written while nobody reads,
-/// the owner publishes the state for those who come ([`LatchedPublisher::arrivals`]), and when the
-/// last reader has left, a new writer takes the place of the old one and of what it has kept.
-pub struct LatchedPublisher<M: RosMessage> {
-    publisher: Mutex<Publisher<M>>,
-    node: SharedNode,
-    topic: rustdds::Topic,
-}
-
-impl<M: RosMessage> LatchedPublisher<M> {
-    /// Whether anybody reads the topic now.
-    pub fn has_readers(&self) -> bool {
-        self.publisher().has_readers()
-    }
-
-    /// Publishes the message that the function makes; it is not made if nobody reads.
-    pub fn publish_with(&self, message: impl FnOnce() -> M) {
-        self.publisher().publish_with(message);
-    }
-
-    /// An item whenever somebody may have come who does not know the state yet: publish it.
-    pub fn arrivals(&self) -> impl Stream<Item = ()> {
-        stream::unfold(None, |known: Option<watch::Receiver<usize>>| async {
-            let mut readers = match known {
-                None => self.publisher().readers.clone(),
-                Some(mut readers) => {
-                    // The sender lives as long as the node's graph.
-                    readers.changed().await.ok()?;
-                    if self.has_readers() { readers } else { self.forget() }
-                }
-            };
-            readers.wait_for(|count| *count > 0).await.ok()?;
-            Some(((), Some(readers)))
-        })
-    }
-
-    /// Replaces the writer by one that has sent nothing yet; its readers.
-    fn forget(&self) -> watch::Receiver<usize> {
-        let mut publisher = self.publisher();
-        match Publisher::new(&self.node, &publisher.graph, publisher.name.clone(), &self.topic) {
-            Ok(fresh) => *publisher = fresh,
-            // The next reader then gets what the old one has kept, and after it the state.
-            Err(error) => debug!("{error}"),
-        }
-        publisher.readers.clone()
-    }
-
-    fn publisher(&self) -> MutexGuard<'_, Publisher<M>> {
-        self.publisher.lock().expect("nothing panics while it holds this lock")
-    }
 }

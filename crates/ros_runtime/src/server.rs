@@ -5,18 +5,16 @@
 //! thousands of requests a second would be silent for the rest of that time. The window of a new one is
 //! empty; clients find it as they found the old one, and whoever has no answer asks again.
 
-use std::{
-    sync::{Arc, Mutex},
-    time::Duration,
-};
+use std::{sync::Arc, time::Duration};
 
 use log::warn;
+use parking_lot::{Mutex, MutexGuard};
 use ros_interfaces::RosService;
 pub use ros2_client::RmwRequestId as RequestId;
 use ros2_client::{Name, Server, error::WriteError};
 use tokio::time::timeout;
 
-use crate::service::{SharedNode, services};
+use crate::{qos::services, shared_node::SharedNode};
 
 /// How long an answer may wait for room in the send window.
 const SEND_TIMEOUT: Duration = Duration::from_millis(100);
@@ -75,8 +73,8 @@ impl<S: RosService> ServiceServer<S> {
         self.lock().clone()
     }
 
-    fn lock(&self) -> std::sync::MutexGuard<'_, Arc<Server<S::Request, S::Response>>> {
-        self.server.lock().expect("nothing panics while it holds this lock")
+    fn lock(&self) -> MutexGuard<'_, Arc<Server<S::Request, S::Response>>> {
+        self.server.lock()
     }
 }
 

@@ -4,25 +4,19 @@
 //! other, nor one that died with its process. So a request is sent again until its answer comes or
 //! its deadline passes. That is safe for services that recognise a repeated request.
 
-use std::{
-    sync::{Arc, Mutex, MutexGuard},
-    time::Duration,
-};
+use std::{sync::Arc, time::Duration};
 
 use log::{debug, info, warn};
+use parking_lot::Mutex;
 use ros_interfaces::RosService;
-use ros2_client::{
-    Client, Name, RmwRequestId, ServiceMapping,
-    error::WriteError,
-    qos::{History, QosProfile},
-};
+use ros2_client::{Client, Name, RmwRequestId, error::WriteError};
 use thiserror::Error;
 use tokio::{
     sync::watch,
     time::{Instant, sleep_until, timeout, timeout_at},
 };
 
-use crate::{latency::Latencies, shutdown::Shutdown};
+use crate::{latency::Latencies, qos::services, shared_node::SharedNode, shutdown::Shutdown};
 
 /// The first wait for an answer while nobody knows how long one takes. Each further wait is twice as
 /// long as the one before, up to [`LONGEST_WAIT`].
@@ -212,7 +206,7 @@ impl<S: RosService> ServiceClient<S> {
         let send = |client: Arc<Client<S::Request, S::Response>>| {
             client.send_request(request.clone()).map(|id| Sent { client: client.clone(), id })
         };
-        let mut client = self.client.lock().expect("nothing panics while it holds this lock");
+        let mut client = self.client.lock();
         match send(client.clone()) {
             Err(WriteError::WouldBlock { .. }) => {
                 debug!("{}: a server has stopped reading; asking by a new client", self.name);
@@ -225,24 +219,6 @@ impl<S: RosService> ServiceClient<S> {
     }
 }
 
-/// The node that endpoints belong to: they are made by it, and made anew.
-#[derive(Clone)]
-pub(crate) struct SharedNode {
-    node: Arc<Mutex<ros2_client::Node>>,
-    /// How services are mapped to DDS.
-    pub(crate) mapping: ServiceMapping,
-}
-
-impl SharedNode {
-    pub(crate) fn new(node: ros2_client::Node, mapping: ServiceMapping) -> SharedNode {
-        SharedNode { node: Arc::new(Mutex::new(node)), mapping }
-    }
-
-    pub(crate) fn lock(&self) -> MutexGuard<'_, ros2_client::Node> {
-        self.node.lock().expect("nothing panics while it holds this lock")
-    }
-}
-
 /// A client for the service with this absolute name.
 pub(crate) fn create_client<S: RosService>(
     node: &SharedNode,
@@ -252,11 +228,6 @@ pub(crate) fn create_client<S: RosService>(
     node.lock()
         .create_client(node.mapping, &dds_name, &S::type_name(), services(), services())
         .map_err(|error| error.to_string())
-}
-
-/// rmw's profile for services: reliable, volatile, the last 10.
-pub(crate) fn services() -> QosProfile {
-    QosProfile::publisher_default().history(History::KeepLast { depth: 10 })
 }
 
 /// A request on its way, and who hears the answer.

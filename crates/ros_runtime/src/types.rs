@@ -1,11 +1,9 @@
 //! What the topics and services of a node carry, for whoever asks `~/get_type_description`
 //! (REP-2016).
 
-use std::{
-    collections::BTreeMap,
-    sync::{Arc, Mutex, MutexGuard},
-};
+use std::{collections::BTreeMap, sync::Arc};
 
+use parking_lot::{Mutex, MutexGuard};
 use ros_interfaces::{
     Interfaces,
     type_description_interfaces::{
@@ -111,7 +109,7 @@ impl Types {
     }
 
     fn descriptions(&self) -> MutexGuard<'_, BTreeMap<String, TypeDescription>> {
-        self.descriptions.lock().expect("nothing panics while it holds this lock")
+        self.descriptions.lock()
     }
 }
 

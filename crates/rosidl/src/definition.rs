@@ -1,8 +1,9 @@
 //! What a definition says.
 
-use thiserror::Error;
-
-use crate::field_type::{Element, FieldType, Primitive};
+use crate::{
+    error::DefinitionError,
+    field_type::{Element, FieldType, Primitive},
+};
 
 /// What a definition says of a message, or of one half of a service.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -39,25 +40,6 @@ pub struct Field {
     pub r#type: FieldType,
     /// Its default value as it is written, or empty.
     pub default: String,
-}
-
-/// Why a text is no definition.
-#[derive(Debug, Error, PartialEq, Eq)]
-pub enum DefinitionError {
-    /// The size of an array or of a string is no number.
-    #[error("'{written}' has the size '{size}': expected a whole number")]
-    Size {
-        /// The type.
-        written: String,
-        /// Its size.
-        size: String,
-    },
-    /// A line is neither a field nor a constant.
-    #[error("'{0}' is neither a field, TYPE NAME, nor a constant, TYPE NAME=VALUE")]
-    Line(String),
-    /// A name has no package or kind.
-    #[error("'{0}' is no name of a type: expected PACKAGE/msg/NAME or PACKAGE/srv/NAME")]
-    Name(String),
 }
 
 impl Definition {

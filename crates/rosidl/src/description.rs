@@ -5,7 +5,10 @@ use std::collections::BTreeMap;
 
 use sha2::{Digest, Sha256};
 
-use crate::definition::{Definition, DefinitionError, Field};
+use crate::{
+    definition::{Definition, Field},
+    error::DefinitionError,
+};
 
 /// The definitions of some packages, by which types are described.
 #[derive(Clone, Debug, Default)]

@@ -1,6 +1,6 @@
 //! The type of a field.
 
-use crate::definition::DefinitionError;
+use crate::error::DefinitionError;
 
 /// The type of a field: an element, once or repeated.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -16,53 +16,11 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use thiserror::Error;
-
 use crate::{
-    definition::{Constant, Definition, DefinitionError},
+    definition::{Constant, Definition},
+    error::GenerateError,
     rust::{self, Types},
 };
-
-/// Why nothing is written.
-#[derive(Debug, Error)]
-pub enum GenerateError {
-    /// A directory or a file cannot be read or written.
-    #[error("{path}: {source}")]
-    File {
-        /// Which.
-        path: PathBuf,
-        /// Why not.
-        source: io::Error,
-    },
-    /// A definition is wrong.
-    #[error("{name}: {source}")]
-    Definition {
-        /// The full name of what it defines.
-        name: String,
-        /// What is wrong with it.
-        source: DefinitionError,
-    },
-    /// A type that a field has is not defined.
-    #[error(
-        "{name}: its field '{field}' is a {missing}, which is not defined: is its package missing?"
-    )]
-    Missing {
-        /// The full name of the message.
-        name: String,
-        /// The field.
-        field: String,
-        /// The full name of the type.
-        missing: String,
-    },
-    /// Something that is in the language, but not written as Rust.
-    #[error("{name}: '{what}' is not supported")]
-    Unsupported {
-        /// The full name of the message.
-        name: String,
-        /// What is not.
-        what: String,
-    },
-}
 
 /// Packages to write as Rust, and those that they stand on.
 #[derive(Debug, Default)]

@@ -21,10 +21,12 @@
 
 pub mod definition;
 pub mod description;
+mod error;
 mod field_type;
 pub mod generate;
 mod rust;
 
-pub use definition::{Constant, Definition, DefinitionError, Field};
+pub use definition::{Constant, Definition, Field};
 pub use description::{Definitions, Described, IndividualDescription, Source, SourceEncoding};
+pub use error::{DefinitionError, GenerateError};
 pub use field_type::{Element, FieldType, Primitive, Repetition};

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use crate::{
     definition::Field,
+    error::GenerateError,
     field_type::{Element, FieldType, Primitive, Repetition},
-    generate::GenerateError,
 };
 
 /// Serde and `Default` know arrays up to this length.

@@ -9,15 +9,17 @@
 //! longer than [`LONGEST_MESSAGE`].
 
 mod format;
+pub(crate) mod level;
 
 use std::{
     collections::HashMap,
     io::Write,
-    sync::{Arc, Mutex, OnceLock},
+    sync::{Arc, OnceLock},
     time::{Duration, Instant, SystemTime},
 };
 
 use log::{Level, LevelFilter, Log, Metadata, Record};
+use parking_lot::{Mutex, MutexGuard};
 use ros2_client::{NodeLoggingHandle, RosoutRaw, builtin_interfaces::Time, log::LogLevel};
 
 use self::format::Format;
@@ -63,19 +65,8 @@ struct Said {
 /// Writes a line where a progress bar stands: the bar steps aside.
 type Console = Box<dyn Fn(&str) + Send>;
 
-/// The crates whose records are the node's own.
-const OWN: [&str; 3] = ["sim_node", "agent_node", "ros_runtime"];
-
-/// A ROS level's name, in any case; `fatal` is no level of the `log` crate and means `error`.
-pub(crate) fn parse_level(name: &str) -> Option<LevelFilter> {
-    Some(match name.to_ascii_lowercase().as_str() {
-        "debug" => LevelFilter::Debug,
-        "info" => LevelFilter::Info,
-        "warn" => LevelFilter::Warn,
-        "error" | "fatal" => LevelFilter::Error,
-        _ => return None,
-    })
-}
+/// The crates of the middleware, whose records are not the node's own.
+const LIBRARIES: [&str; 2] = ["ros2_client", "rustdds"];
 
 /// Starts logging under a node's name, with what libraries may say unless somebody asks for more. The
 /// first call of a process counts.
@@ -135,13 +126,13 @@ fn with_outputs(change: impl FnOnce(&mut Outputs)) {
 }
 
 impl Logger {
-    fn lock(&self) -> std::sync::MutexGuard<'_, Outputs> {
-        self.outputs.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+    fn lock(&self) -> MutexGuard<'_, Outputs> {
+        self.outputs.lock()
     }
 
     fn level_of(&self, target: &str) -> LevelFilter {
         let root = target.split("::").next().unwrap_or(target);
-        let own = OWN.contains(&root);
+        let own = !LIBRARIES.contains(&root);
         let named = self.levels.iter().rev().find(|(logger, _)| {
             target.starts_with(logger.as_str()) || (own && *logger == self.name)
         });
@@ -162,7 +153,7 @@ impl Log for Logger {
         if !self.enabled(record.metadata()) {
             return;
         }
-        let own = OWN.contains(&record.target().split("::").next().unwrap_or_default());
+        let own = !LIBRARIES.contains(&record.target().split("::").next().unwrap_or_default());
         let name = if own { self.name.as_str() } else { record.target() };
         let mut outputs = self.lock();
         if outputs.libraries_muted && !own {

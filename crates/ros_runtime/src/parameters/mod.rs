@@ -4,16 +4,17 @@
 mod client;
 mod file;
 mod services;
-mod value;
+pub(crate) mod value;
 
 use std::{
     collections::BTreeMap,
     fmt::Debug,
     ops::RangeInclusive,
     path::Path,
-    sync::{Arc, Mutex, MutexGuard, OnceLock},
+    sync::{Arc, OnceLock},
 };
 
+use parking_lot::{Mutex, MutexGuard};
 use serde::Serialize;
 use thiserror::Error;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
@@ -331,7 +332,7 @@ impl Parameters {
     }
 
     fn lock(&self) -> MutexGuard<'_, BTreeMap<String, Declared>> {
-        self.declared.lock().expect("nothing panics while it holds this lock")
+        self.declared.lock()
     }
 }
 
