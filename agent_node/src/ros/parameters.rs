@@ -11,7 +11,10 @@ use learning::{
     exploration::EpsilonDecay,
     policy::Policy,
     run::RunDirectory,
-    settings::{Preset, Settings, TargetUpdate},
+    settings::{
+        ExplorationSettings, OptimizerSettings, Preset, ReplaySettings, Settings, TargetSettings,
+        TargetUpdate,
+    },
 };
 use ros_runtime::parameters::{
     Descriptor, FromParameter, ParameterError, ParameterValue, Parameters, read_file_of,
@@ -134,13 +137,13 @@ pub(super) fn model_settings(
         .declare("preset", defaults.get("preset", Preset::default().to_string())?, choices)?
         .parse()?;
     let mut settings = preset.settings();
-    let hidden: Vec<i64> = settings.hidden_layers.iter().map(|size| *size as i64).collect();
+    let hidden: Vec<i64> = settings.network.hidden_layers.iter().map(|size| *size as i64).collect();
     let sizes = Descriptor::read_only("neurons of each hidden layer").range(1.0..=65_536.0);
     let hidden = defaults.get("hidden_layers", hidden)?;
     let hidden = parameters.declare("hidden_layers", hidden, sizes)?;
-    settings.hidden_layers = hidden.into_iter().map(|size| size as usize).collect();
-    let frames = defaults.get("observation_frames", settings.observation_frames as i64)?;
-    settings.observation_frames = count(
+    settings.network.hidden_layers = hidden.into_iter().map(|size| size as usize).collect();
+    let frames = defaults.get("observation_frames", settings.network.observation_frames as i64)?;
+    settings.network.observation_frames = count(
         parameters,
         "observation_frames",
         // A model's own number may be anything; below the range it is refused as 0 is.
@@ -148,8 +151,8 @@ pub(super) fn model_settings(
         1..=64,
         "images in an observation: the present one and those before it, with the actions between",
     )? as usize;
-    let avoids = defaults.get("avoid_repetition", settings.avoid_repetition)?;
-    settings.avoid_repetition = declare(
+    let avoids = defaults.get("avoid_repetition", settings.exploration.avoid_repetition)?;
+    settings.exploration.avoid_repetition = declare(
         parameters,
         "avoid_repetition",
         avoids,
@@ -169,24 +172,28 @@ pub(super) fn training_settings(
     parameters: &Parameters,
     preset: Settings,
 ) -> anyhow::Result<Settings> {
-    let p = parameters;
-    let exploration = preset.exploration;
     let settings = Settings {
-        exploration: EpsilonDecay {
-            minimum: number(p, "epsilon_min", exploration.minimum, 0.0..=1.0, "eq. 4")?,
-            maximum: number(p, "epsilon_max", exploration.maximum, 0.0..=1.0, "eq. 4")?,
-            fraction: number(
-                p,
-                "exploration_fraction",
-                exploration.fraction,
-                1e-6..=1e6,
-                "P of eq. 4: the share of the episodes after which epsilon is about its minimum",
-            )?,
-        },
-        memory_capacity: count(
+        replay: replay_settings(parameters, &preset.replay)?,
+        exploration: exploration_settings(parameters, &preset.exploration)?,
+        optimizer: optimizer_settings(parameters, &preset.optimizer)?,
+        target: target_settings(parameters, &preset.target)?,
+        network: preset.network,
+    };
+    let ReplaySettings { batch_size, capacity, .. } = settings.replay;
+    if batch_size > capacity {
+        return Err(anyhow!(
+            "parameter 'batch_size' is {batch_size}: expected at most memory_capacity, {capacity}"
+        ));
+    }
+    Ok(settings)
+}
+
+fn replay_settings(p: &Parameters, preset: &ReplaySettings) -> anyhow::Result<ReplaySettings> {
+    Ok(ReplaySettings {
+        capacity: count(
             p,
             "memory_capacity",
-            preset.memory_capacity as u64,
+            preset.capacity as u64,
             1..=10_000_000,
             "how many experiences the replay memory keeps; the oldest goes first",
         )? as usize,
@@ -204,19 +211,12 @@ pub(super) fn training_settings(
             0..=1_000,
             "Dyna-Q's n: updates per step",
         )? as usize,
-        discount: number(p, "discount", preset.discount, 0.0..=1.0, "gamma")?,
         blocked_reward: number(
             p,
             "blocked_reward",
             preset.blocked_reward,
             -1e3..=1e3,
             "what a blocked move adds to its reward, in training",
-        )?,
-        double_q: declare(
-            p,
-            "double_q",
-            preset.double_q,
-            "double Q-learning: one network chooses the action that the other one values",
         )?,
         mirror: declare(
             p,
@@ -231,6 +231,34 @@ pub(super) fn training_settings(
             0.0..=1.0,
             "share of the memories of which only some of the images are seen",
         )?,
+    })
+}
+
+fn exploration_settings(
+    p: &Parameters,
+    preset: &ExplorationSettings,
+) -> anyhow::Result<ExplorationSettings> {
+    let EpsilonDecay { minimum, maximum, fraction } = preset.epsilon;
+    let epsilon = EpsilonDecay {
+        minimum: number(p, "epsilon_min", minimum, 0.0..=1.0, "eq. 4")?,
+        maximum: number(p, "epsilon_max", maximum, 0.0..=1.0, "eq. 4")?,
+        fraction: number(
+            p,
+            "exploration_fraction",
+            fraction,
+            1e-6..=1e6,
+            "P of eq. 4: the share of the episodes after which epsilon is about its minimum",
+        )?,
+    };
+    // The policy of a trained model goes by avoid_repetition, too: it is declared with the model's.
+    Ok(ExplorationSettings { epsilon, avoid_repetition: preset.avoid_repetition })
+}
+
+fn optimizer_settings(
+    p: &Parameters,
+    preset: &OptimizerSettings,
+) -> anyhow::Result<OptimizerSettings> {
+    Ok(OptimizerSettings {
         learning_rate: number(
             p,
             "learning_rate",
@@ -252,37 +280,40 @@ pub(super) fn training_settings(
             0.0..=1e3,
             "by what a weight shrinks in an update, in units of alpha",
         )?,
-        adam_beta1: number(
+        beta1: number(
             p,
             "adam_beta1",
-            preset.adam_beta1,
+            preset.beta1,
             0.0..=0.999_999,
             "decay of Adam's mean of the gradients",
         )?,
-        adam_beta2: number(
+        beta2: number(
             p,
             "adam_beta2",
-            preset.adam_beta2,
+            preset.beta2,
             0.0..=0.999_999,
             "decay of Adam's mean of the squared gradients",
         )?,
-        adam_epsilon: number(
+        epsilon: number(
             p,
             "adam_epsilon",
-            preset.adam_epsilon,
+            preset.epsilon,
             0.0..=1.0,
             "what keeps Adam from dividing by zero",
         )?,
-        target_update: number(p, "target_update", preset.target_update, 0.0..=1.0, "tau of eq. 6")?,
-        target_update_at: target_update_at(p, preset.target_update_at)?,
-        ..preset
-    };
-    if settings.batch_size > settings.memory_capacity {
-        return Err(anyhow!(
-            "parameter 'batch_size' is {}: expected at most memory_capacity, {}",
-            settings.batch_size,
-            settings.memory_capacity
-        ));
-    }
-    Ok(settings)
+    })
+}
+
+fn target_settings(p: &Parameters, preset: &TargetSettings) -> anyhow::Result<TargetSettings> {
+    Ok(TargetSettings {
+        discount: number(p, "discount", preset.discount, 0.0..=1.0, "gamma")?,
+        double_q: declare(
+            p,
+            "double_q",
+            preset.double_q,
+            "double Q-learning: one network chooses the action that the other one values",
+        )?,
+        rate: number(p, "target_update", preset.rate, 0.0..=1.0, "tau of eq. 6")?,
+        update_at: target_update_at(p, preset.update_at)?,
+    })
 }

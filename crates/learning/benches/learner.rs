@@ -26,7 +26,7 @@ fn image(number: usize) -> Image {
 
 /// Actions and what they led to.
 fn experiences(settings: &Settings) -> impl Iterator<Item = (Action, Step)> {
-    (1..=settings.memory_capacity).map(|number| {
+    (1..=settings.replay.capacity).map(|number| {
         let action = Action::try_from((number % Action::COUNT) as u8).expect("below the count");
         let (terminated, blocked) = (number % 40 == 0, number % 9 == 0);
         let image = image(number);
@@ -63,12 +63,13 @@ fn inference(bencher: Bencher, preset: Preset) {
 #[divan::bench(args = Preset::ALL, sample_size = 1000)]
 fn draw(bencher: Bencher, preset: Preset) {
     let settings = preset.settings();
-    let mut memory = ReplayMemory::new(settings.memory_capacity, 1, settings.observation_frames);
+    let mut memory =
+        ReplayMemory::new(settings.replay.capacity, 1, settings.network.observation_frames);
     let mut state = memory.begin_episode(&image(0));
     for (action, Step { reward, terminated, image, .. }) in experiences(&settings) {
         state = memory.store(state, action, reward, terminated, &image);
     }
-    let mut batch = vec![0; settings.batch_size];
+    let mut batch = vec![0; settings.replay.batch_size];
     let mut random = Sequence::Replay.random(0);
     bencher.bench_local(|| memory.draw(&mut batch, 0, &mut random));
 }
@@ -76,9 +77,10 @@ fn draw(bencher: Bencher, preset: Preset) {
 /// The observations of a batch as a network's inputs.
 #[divan::bench(args = Preset::ALL, sample_size = 1000)]
 fn observations(bencher: Bencher, preset: Preset) {
-    let Settings { hidden_layers, observation_frames: frames, batch_size, .. } = preset.settings();
+    let Settings { network, replay, .. } = preset.settings();
+    let (frames, batch_size) = (network.observation_frames, replay.batch_size);
     let mut random = Sequence::Weights.random(0);
-    let network = QNetwork::new(input_size(frames), &hidden_layers, &mut random);
+    let network = QNetwork::new(input_size(frames), &network.hidden_layers, &mut random);
     let perceptron = network.and_then(|network| Perceptron::new(&network));
     let mut activations =
         perceptron.expect("the preset describes a network").activations(batch_size);

@@ -73,9 +73,9 @@ mod tests {
 
     fn policy() -> Policy {
         let settings = Preset::Robust.settings();
-        let inputs = input_size(settings.observation_frames);
+        let inputs = input_size(settings.network.observation_frames);
         let mut random = Sequence::Weights.random(1);
-        let network = QNetwork::new(inputs, &settings.hidden_layers, &mut random).unwrap();
+        let network = QNetwork::new(inputs, &settings.network.hidden_layers, &mut random).unwrap();
         Policy::new(&network.randomized(2), &settings).unwrap()
     }
 

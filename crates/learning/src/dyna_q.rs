@@ -10,7 +10,7 @@ use super::{
     perceptron::{Activations, Adam, Arch, Perceptron},
     replay_memory::ReplayMemory,
     sequence::Sequence,
-    settings::{Settings, TargetUpdate},
+    settings::{OptimizerSettings, ReplaySettings, Settings, TargetUpdate},
     valuation::Valuation,
 };
 
@@ -56,16 +56,17 @@ impl DynaQ {
     /// as a copy of the training network.
     pub fn new(settings: Settings, seed: u64, rooms: usize) -> Result<DynaQ> {
         let mut random = Sequence::Weights.random(seed);
-        let inputs = input_size(settings.observation_frames);
-        let network = QNetwork::new(inputs, &settings.hidden_layers, &mut random)?;
+        let frames = settings.network.observation_frames;
+        let network =
+            QNetwork::new(input_size(frames), &settings.network.hidden_layers, &mut random)?;
         let train = Perceptron::new(&network)?;
-        let batch = settings.batch_size;
+        let batch = settings.replay.batch_size;
         Ok(DynaQ {
-            memory: ReplayMemory::new(settings.memory_capacity, rooms, settings.observation_frames),
+            memory: ReplayMemory::new(settings.replay.capacity, rooms, frames),
             exploration_random: Sequence::Exploration.random(seed),
             replay_random: Sequence::Replay.random(seed),
-            adam: Adam::new(&train, &settings),
-            valuation: Valuation::new(&train, &settings, rooms),
+            adam: Adam::new(&train, batch, &settings.optimizer),
+            valuation: Valuation::new(&train, frames, settings.replay.mirror, rooms),
             settings,
             target: train.clone(),
             batch_activations: train.activations(batch),
@@ -95,7 +96,7 @@ impl DynaQ {
             self.valuation.of(&self.train, states.iter().map(|(state, _)| memory.past(*state)));
         let random = &mut self.exploration_random;
         let decide = |((state, epsilon), values): (&(u64, f64), [f32; Action::COUNT])| {
-            let excluded = match self.settings.avoid_repetition {
+            let excluded = match self.settings.exploration.avoid_repetition {
                 true => memory.frame(*state).tried,
                 false => ActionSet::NONE,
             };
@@ -116,7 +117,7 @@ impl DynaQ {
 
     /// Stores the experience `(s, a, s', R)`, given the number of `s`; returns that of `s'`.
     pub fn remember(&mut self, state: u64, action: Action, step: &Step) -> u64 {
-        let extra = if step.blocked { self.settings.blocked_reward as f32 } else { 0.0 };
+        let extra = if step.blocked { self.settings.replay.blocked_reward as f32 } else { 0.0 };
         self.memory.store(state, action, step.reward + extra, step.terminated, &step.image)
     }
 
@@ -131,7 +132,8 @@ impl DynaQ {
     pub(super) fn draw(&mut self, more: usize) -> bool {
         let random = &mut self.replay_random;
         let is_drawn = self.memory.draw(&mut self.batch, more, random);
-        let Settings { observation_frames, mirror, history_dropout, .. } = self.settings;
+        let observation_frames = self.settings.network.observation_frames;
+        let ReplaySettings { mirror, history_dropout, .. } = self.settings.replay;
         // No number is drawn for what a preset does without.
         if is_drawn && (mirror || history_dropout > 0.0) {
             for view in &mut self.views {
@@ -154,7 +156,9 @@ impl DynaQ {
     /// over the batch of `(R + gamma max_a' Q(s', a'; w_target) - Q(s, a; w_train))^2` (eq. 5);
     /// nothing is changed if it is not finite.
     pub(super) fn update(&mut self) -> f32 {
-        let Settings { observation_frames: frames, double_q, avoid_repetition, .. } = self.settings;
+        let frames = self.settings.network.observation_frames;
+        let (double_q, avoid_repetition) =
+            (self.settings.target.double_q, self.settings.exploration.avoid_repetition);
         let (memory, activations) = (&self.memory, &mut self.batch_activations);
         memory.fetch(&self.batch);
         let experiences = || self.batch.iter().map(|index| memory.get(*index)).zip(&self.views);
@@ -180,7 +184,8 @@ impl DynaQ {
             self.targets.iter_mut().zip(activations.outputs()).zip(&self.choices).zip(experiences())
         {
             let best = values[usize::from(choice.index())];
-            let discount = if experience.terminated { 0.0 } else { self.settings.discount as f32 };
+            let discount =
+                if experience.terminated { 0.0 } else { self.settings.target.discount as f32 };
             *target = experience.reward + discount * best;
         }
 
@@ -202,7 +207,7 @@ impl DynaQ {
         }
         if loss.is_finite() {
             self.adam.update(&mut self.train, activations);
-            if self.settings.target_update_at == TargetUpdate::Update {
+            if self.settings.target.update_at == TargetUpdate::Update {
                 self.update_target();
             }
         }
@@ -211,21 +216,22 @@ impl DynaQ {
 
     /// Says how much of the training is done, from 0 to 1.
     pub fn set_progress(&mut self, progress: f64) {
-        let Settings { learning_rate, final_learning_rate_ratio, .. } = self.settings;
+        let OptimizerSettings { learning_rate, final_learning_rate_ratio, .. } =
+            self.settings.optimizer;
         let last = learning_rate * final_learning_rate_ratio;
         self.adam.learning_rate = learning_rate + (last - learning_rate) * progress;
     }
 
     /// An episode has ended.
     pub fn end_episode(&mut self) {
-        if self.settings.target_update_at == TargetUpdate::Episode {
+        if self.settings.target.update_at == TargetUpdate::Episode {
             self.update_target();
         }
     }
 
     /// Moves the target network towards the training network (eq. 6).
     fn update_target(&mut self) {
-        self.target.move_towards(&self.train, self.settings.target_update as f32);
+        self.target.move_towards(&self.train, self.settings.target.rate as f32);
     }
 
     /// The network that is being trained.
@@ -288,7 +294,7 @@ mod tests {
 
     /// A learner with a memory of one step, `terminated` or not.
     fn learner_after_one_step(terminated: bool) -> DynaQ {
-        let settings = Settings { batch_size: 1, ..Preset::Paper.settings() };
+        let settings = Preset::Paper.settings().with(|s| s.replay.batch_size = 1);
         let mut learner = DynaQ::new(settings, 5, 1).unwrap();
         for (network, seed) in [(&mut learner.train, 1), (&mut learner.target, 2)] {
             network.read(&network.network().unwrap().randomized(seed)).unwrap();

@@ -26,11 +26,12 @@ impl Policy {
     /// The policy of a network, which sees and does as the settings say.
     pub fn new(network: &QNetwork, settings: &Settings) -> Result<Policy> {
         let network = Perceptron::new(network)?;
+        let frames = settings.network.observation_frames;
         Ok(Policy {
-            valuation: Valuation::new(&network, settings, 1),
+            valuation: Valuation::new(&network, frames, settings.replay.mirror, 1),
             network,
-            avoid_repetition: settings.avoid_repetition,
-            history: History::new(settings.observation_frames),
+            avoid_repetition: settings.exploration.avoid_repetition,
+            history: History::new(frames),
         })
     }
 

@@ -39,43 +39,53 @@ impl Preset {
     pub fn settings(self) -> Settings {
         match self {
             Preset::Paper => Settings {
-                hidden_layers: vec![64, 128, 64],
-                observation_frames: 1,
-                avoid_repetition: false,
-                exploration: EpsilonDecay { minimum: 0.1, maximum: 1.0, fraction: 0.5 },
-                memory_capacity: 10_000,
-                batch_size: 50,
-                planning_steps: 1,
-                discount: 0.999,
-                blocked_reward: 0.0,
-                double_q: false,
-                mirror: false,
-                history_dropout: 0.0,
-                learning_rate: 1e-4,
-                final_learning_rate_ratio: 1.0,
-                weight_decay: 0.0,
-                adam_beta1: 0.9,
-                adam_beta2: 0.999,
-                adam_epsilon: 1e-7,
-                target_update: 0.1,
-                target_update_at: TargetUpdate::Episode,
+                network: NetworkSettings {
+                    hidden_layers: vec![64, 128, 64],
+                    observation_frames: 1,
+                },
+                replay: ReplaySettings {
+                    capacity: 10_000,
+                    batch_size: 50,
+                    planning_steps: 1,
+                    blocked_reward: 0.0,
+                    mirror: false,
+                    history_dropout: 0.0,
+                },
+                exploration: ExplorationSettings {
+                    epsilon: EpsilonDecay { minimum: 0.1, maximum: 1.0, fraction: 0.5 },
+                    avoid_repetition: false,
+                },
+                optimizer: OptimizerSettings {
+                    learning_rate: 1e-4,
+                    final_learning_rate_ratio: 1.0,
+                    weight_decay: 0.0,
+                    beta1: 0.9,
+                    beta2: 0.999,
+                    epsilon: 1e-7,
+                },
+                target: TargetSettings {
+                    discount: 0.999,
+                    double_q: false,
+                    rate: 0.1,
+                    update_at: TargetUpdate::Episode,
+                },
             },
-            Preset::Robust => Settings {
-                observation_frames: 4,
-                avoid_repetition: true,
-                exploration: EpsilonDecay { minimum: 0.05, maximum: 1.0, fraction: 0.3 },
-                memory_capacity: 50_000,
-                batch_size: 64,
-                discount: 0.99,
-                blocked_reward: -0.7,
-                mirror: true,
-                history_dropout: 0.5,
-                final_learning_rate_ratio: 0.0,
-                weight_decay: 0.5,
-                target_update: 0.005,
-                target_update_at: TargetUpdate::Update,
-                ..Preset::Paper.settings()
-            },
+            Preset::Robust => Preset::Paper.settings().with(|robust| {
+                robust.network.observation_frames = 4;
+                robust.replay.capacity = 50_000;
+                robust.replay.batch_size = 64;
+                robust.replay.blocked_reward = -0.7;
+                robust.replay.mirror = true;
+                robust.replay.history_dropout = 0.5;
+                robust.exploration.epsilon =
+                    EpsilonDecay { minimum: 0.05, maximum: 1.0, fraction: 0.3 };
+                robust.exploration.avoid_repetition = true;
+                robust.optimizer.final_learning_rate_ratio = 0.0;
+                robust.optimizer.weight_decay = 0.5;
+                robust.target.discount = 0.99;
+                robust.target.rate = 0.005;
+                robust.target.update_at = TargetUpdate::Update;
+            }),
         }
     }
 }
@@ -136,53 +146,103 @@ impl FromStr for TargetUpdate {
     }
 }
 
-/// The hyperparameters of deep Dyna-Q.
+/// The hyperparameters of deep Dyna-Q, by the part of the learner that goes by them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
+    /// The form of the network.
+    pub network: NetworkSettings,
+    /// The replay memory, and the updates from it.
+    pub replay: ReplaySettings,
+    /// Which actions are tried.
+    pub exploration: ExplorationSettings,
+    /// How a weight moves.
+    pub optimizer: OptimizerSettings,
+    /// What the values are learnt towards.
+    pub target: TargetSettings,
+}
+
+impl Settings {
+    /// These settings with a change.
+    ///
+    /// ```
+    /// use learning::settings::Preset;
+    ///
+    /// let small = Preset::Paper.settings().with(|settings| settings.replay.capacity = 100);
+    /// assert_eq!((small.replay.capacity, small.replay.batch_size), (100, 50));
+    /// ```
+    pub fn with(mut self, change: impl FnOnce(&mut Settings)) -> Settings {
+        change(&mut self);
+        self
+    }
+}
+
+/// The form of the network.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NetworkSettings {
     /// Neurons of each hidden layer.
     pub hidden_layers: Vec<usize>,
     /// How many images an observation holds: the present one and those before it, with the actions
     /// between them.
     pub observation_frames: usize,
-    /// Whether an action is left out that was tried from the very same image, not long ago in this
-    /// episode ([`HORIZON`](super::observation::HORIZON)).
-    pub avoid_repetition: bool,
-    /// Eq. 4.
-    pub exploration: EpsilonDecay,
-    /// How many memories are kept; the oldest goes first.
-    pub memory_capacity: usize,
-    /// How many different memories an update is made from.
+}
+
+/// The replay memory, and the updates from it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ReplaySettings {
+    /// How many experiences are kept; the oldest goes first.
+    pub capacity: usize,
+    /// How many different experiences an update is made from.
     pub batch_size: usize,
     /// Dyna-Q's n: updates per step.
     pub planning_steps: usize,
-    /// Gamma.
-    pub discount: f64,
-    /// What a blocked move adds to its reward, in training.
+    /// What a blocked move adds to the reward that is remembered.
     pub blocked_reward: f64,
-    /// Whether the training network chooses the action that the target network values (double
-    /// Q-learning: van Hasselt, Guez and Silver, 2016).
-    pub double_q: bool,
-    /// Whether half of the memories that an update draws are seen in a mirror: left and right of
+    /// Whether half of the experiences that an update draws are seen in a mirror: left and right of
     /// images and actions exchanged, which is the room as another one could be. A decision then sees
     /// its state both ways.
     pub mirror: bool,
-    /// The share of the memories that an update draws of which only some of the images are seen, as
+    /// The share of the experiences that an update draws of which only some of the images are seen, as
     /// many of the next state as of the state.
     pub history_dropout: f64,
-    /// Alpha, the step size of Adam.
+}
+
+/// Which actions are tried.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ExplorationSettings {
+    /// Eq. 4.
+    pub epsilon: EpsilonDecay,
+    /// Whether an action is left out that was tried from the very same image, not long ago in this
+    /// episode ([`HORIZON`](super::observation::HORIZON)).
+    pub avoid_repetition: bool,
+}
+
+/// How a weight moves: Adam.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OptimizerSettings {
+    /// Alpha, the step size.
     pub learning_rate: f64,
     /// What share of alpha is left at the end of the training, a straight line from the beginning.
     pub final_learning_rate_ratio: f64,
     /// By what a weight shrinks in an update, in units of alpha (Loshchilov and Hutter, 2019).
     pub weight_decay: f64,
-    /// Decay of Adam's mean of the gradients.
-    pub adam_beta1: f64,
-    /// Decay of Adam's mean of the squared gradients.
-    pub adam_beta2: f64,
+    /// Decay of the mean of the gradients.
+    pub beta1: f64,
+    /// Decay of the mean of the squared gradients.
+    pub beta2: f64,
     /// What keeps Adam from dividing by zero; 1e-7 is TensorFlow's.
-    pub adam_epsilon: f64,
+    pub epsilon: f64,
+}
+
+/// What the values are learnt towards (eq. 5), and how the target network follows (eq. 6).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TargetSettings {
+    /// Gamma.
+    pub discount: f64,
+    /// Whether the training network chooses the action that the target network values (double
+    /// Q-learning: van Hasselt, Guez and Silver, 2016).
+    pub double_q: bool,
     /// Tau of eq. 6.
-    pub target_update: f64,
+    pub rate: f64,
     /// When eq. 6 is applied.
-    pub target_update_at: TargetUpdate,
+    pub update_at: TargetUpdate,
 }

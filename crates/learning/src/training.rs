@@ -168,7 +168,7 @@ impl Training {
     }
 
     fn epsilon_of(&self, episode: u32) -> f64 {
-        self.learner.settings.exploration.epsilon(episode, self.plan.episodes)
+        self.learner.settings.exploration.epsilon.epsilon(episode, self.plan.episodes)
     }
 
     /// Steps per second of wall time, so far.
@@ -346,7 +346,7 @@ impl Training {
         actions: &[Action],
         begun: Vec<E::PendingStep>,
     ) -> Result<Vec<Step>, TrainingError<E::Error>> {
-        let planning_steps = self.learner.settings.planning_steps;
+        let planning_steps = self.learner.settings.replay.planning_steps;
         let mut begun = Some(begun);
         let mut finished: Option<Vec<Step>> = None;
         while self.updates_made() < planning_steps * active.len() {

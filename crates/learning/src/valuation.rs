@@ -5,7 +5,6 @@ use task::Action;
 use super::{
     observation::{Moment, View},
     perceptron::{Activations, Arch, Perceptron},
-    settings::Settings,
 };
 
 /// How a decision looks at a state: as it is, and where mirrored memories are learnt from, also in
@@ -22,11 +21,12 @@ pub struct Valuation {
 }
 
 impl Valuation {
-    /// For networks of this form, and so many states at once.
-    pub fn new(network: &Perceptron, settings: &Settings, states: usize) -> Valuation {
-        let views = &BOTH[..if settings.mirror { 2 } else { 1 }];
+    /// For networks of this form, which see so many images, and so many states at once; `mirror` says
+    /// whether they have learnt in the mirror, too.
+    pub fn new(network: &Perceptron, frames: usize, mirror: bool, states: usize) -> Valuation {
+        let views = &BOTH[..if mirror { 2 } else { 1 }];
         let activations = network.activations(states * views.len());
-        Valuation { activations, frames: settings.observation_frames, views }
+        Valuation { activations, frames, views }
     }
 
     /// Computes by these vector instructions from now on.
@@ -71,12 +71,17 @@ mod tests {
     use task::Image;
 
     use super::*;
-    use crate::{network::QNetwork, observation::input_size, sequence::Sequence, settings::Preset};
+    use crate::{
+        network::QNetwork,
+        observation::input_size,
+        sequence::Sequence,
+        settings::{Preset, Settings},
+    };
 
     fn network(settings: &Settings) -> Perceptron {
-        let inputs = input_size(settings.observation_frames);
+        let inputs = input_size(settings.network.observation_frames);
         let mut random = Sequence::Weights.random(1);
-        let network = QNetwork::new(inputs, &settings.hidden_layers, &mut random).unwrap();
+        let network = QNetwork::new(inputs, &settings.network.hidden_layers, &mut random).unwrap();
         Perceptron::new(&network.randomized(2)).unwrap()
     }
 
@@ -95,7 +100,12 @@ mod tests {
         let action = Action::try_from(1).unwrap();
         let states = [moments(&images, action), moments(&mirrored, action.mirrored())];
         let states = states.iter().map(|moments| moments.iter().copied());
-        let mut valuation = Valuation::new(&network, &settings, 2);
+        let mut valuation = Valuation::new(
+            &network,
+            settings.network.observation_frames,
+            settings.replay.mirror,
+            2,
+        );
         let values: Vec<_> = valuation.of(&network, states.clone()).collect();
         for action in Action::ALL {
             let [own, other] = [action, action.mirrored()].map(|a| usize::from(a.index()));
@@ -103,8 +113,7 @@ mod tests {
         }
         assert!(values[0] != values[1]);
         // Without a mirror it is what the network says of the room as it is.
-        let plain = Settings { mirror: false, ..settings };
-        let mut valuation = Valuation::new(&network, &plain, 2);
+        let mut valuation = Valuation::new(&network, settings.network.observation_frames, false, 2);
         let plain: Vec<_> = valuation.of(&network, states).collect();
         for action in Action::ALL {
             let [own, other] = [action, action.mirrored()].map(|a| usize::from(a.index()));

@@ -1,10 +1,7 @@
 //! Once its memory is full, the learner allocates nothing but the list of its decisions.
 
 use allocation_counter::measure;
-use learning::{
-    dyna_q::DynaQ,
-    settings::{Preset, Settings},
-};
+use learning::{dyna_q::DynaQ, settings::Preset};
 use task::{Image, Step};
 
 fn image(number: usize) -> Image {
@@ -14,7 +11,7 @@ fn image(number: usize) -> Image {
 #[test]
 fn a_step_of_the_learner_allocates_nothing_but_its_decisions() {
     for preset in Preset::ALL {
-        let settings = Settings { memory_capacity: 100, ..preset.settings() };
+        let settings = preset.settings().with(|s| s.replay.capacity = 100);
         let mut learner = DynaQ::new(settings, 0, 1).unwrap();
         let mut state = 0;
         for number in 0..2000 {

@@ -50,13 +50,7 @@ pub fn plan() -> Plan {
 
 /// The smallest network that learns, and a memory that is soon full.
 pub fn settings() -> Settings {
-    Settings {
-        hidden_layers: vec![2],
-        observation_frames: 2,
-        memory_capacity: 8,
-        batch_size: 2,
-        ..Preset::Robust.settings()
-    }
+    Preset::Robust.settings().with(|s| { s.network.hidden_layers = vec![2]; s.network.observation_frames = 2; s.replay.capacity = 8; s.replay.batch_size = 2; })
 }
 
 /// A room of a few images, whose episodes are ten steps long.

@@ -8,7 +8,7 @@ use super::{
     layer::{Finish, Floats, Layer, Product, zeros},
     tile::{Tiled, add_products, compute, take, vectors, vectors_mut},
 };
-use crate::settings::Settings;
+use crate::settings::OptimizerSettings;
 
 /// The optimizer of a network: it works out the gradients of the weights, layer by layer from the
 /// last, and moves each weight as soon as its gradient is there.
@@ -56,19 +56,18 @@ struct Rates {
 
 impl Adam {
     /// An optimizer that has made no update yet, for batches of so many samples.
-    pub fn new(network: &Perceptron, settings: &Settings) -> Adam {
-        let Settings { learning_rate, weight_decay, adam_beta1, adam_beta2, adam_epsilon, .. } =
+    pub fn new(network: &Perceptron, batch: usize, settings: &OptimizerSettings) -> Adam {
+        let OptimizerSettings { learning_rate, weight_decay, beta1, beta2, epsilon, .. } =
             *settings;
-        let batch = settings.batch_size;
         let widest = network.layers.iter().map(Layer::width).max().unwrap_or(0);
         let weights = |layer: &Layer| layer.outputs * layer.input_width();
         let most_weights = network.layers.iter().skip(1).map(weights).max().unwrap_or(0);
         Adam {
             learning_rate,
             weight_decay,
-            beta1: adam_beta1,
-            beta2: adam_beta2,
-            epsilon: adam_epsilon,
+            beta1,
+            beta2,
+            epsilon,
             step: 0,
             first: network.zeros_like(),
             second: network.zeros_like(),

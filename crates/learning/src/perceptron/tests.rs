@@ -12,7 +12,7 @@ use crate::{
 
 /// The networks of the presets, and such as fit no tile: one layer, odd widths, wide ones.
 fn shapes() -> Vec<Vec<usize>> {
-    let presets = Preset::ALL.iter().map(|preset| preset.settings().hidden_layers);
+    let presets = Preset::ALL.iter().map(|preset| preset.settings().network.hidden_layers);
     presets.chain([vec![], vec![1], vec![33], vec![7, 100, 18, 48]]).collect()
 }
 
@@ -81,18 +81,20 @@ fn the_weights_pass_through_unchanged() {
 /// gradient; then Adam's mean of the gradients forgets it.
 #[test]
 fn the_update_is_candles_autograd_and_adam() {
-    let double_q = Settings { double_q: true, ..Preset::Robust.settings() };
+    let double_q = Preset::Robust.settings().with(|s| s.target.double_q = true);
     let presets = Preset::ALL.map(Preset::settings).into_iter().chain([double_q]);
-    let odd = shapes()
-        .into_iter()
-        .map(|hidden_layers| Settings { hidden_layers, ..Preset::Paper.settings() });
+    let odd = shapes().into_iter().map(|hidden_layers| {
+        Preset::Paper.settings().with(|s| s.network.hidden_layers = hidden_layers)
+    });
     for settings in presets.chain(odd) {
         // Eq. 6 is another test's, and would move the target network between the two updates.
-        let settings =
-            Settings { memory_capacity: 300, target_update_at: TargetUpdate::Episode, ..settings };
-        let hidden = &settings.hidden_layers;
+        let settings = settings.with(|s| {
+            s.replay.capacity = 300;
+            s.target.update_at = TargetUpdate::Episode;
+        });
+        let hidden = &settings.network.hidden_layers;
         let mut learner = DynaQ::new(settings.clone(), 4, 1).unwrap();
-        let inputs = input_size(settings.observation_frames);
+        let inputs = input_size(settings.network.observation_frames);
         let (train, target) = (network_of(inputs, hidden, 5), network_of(inputs, hidden, 6));
         learner.train.read(&train).unwrap();
         learner.target.read(&target).unwrap();
@@ -105,7 +107,7 @@ fn the_update_is_candles_autograd_and_adam() {
             let loss = learner.update();
             let parts = relus != relus_of(&learner);
             parted += usize::from(parts);
-            tolerance = if parts { 1e-6 } else { tolerance * settings.adam_beta1 };
+            tolerance = if parts { 1e-6 } else { tolerance * settings.optimizer.beta1 };
             let error = (loss / expected - 1.0).abs();
             assert!(error < 1e-5, "{hidden:?}, update {update}: {loss}, candle {expected}");
             let ours = learner.train.network().unwrap();
@@ -126,11 +128,10 @@ fn the_update_is_candles_autograd_and_adam() {
 #[test]
 fn the_update_is_the_same_on_every_processor() {
     let result = |arch: Arch| {
-        let settings = Settings {
-            hidden_layers: vec![30, 65],
-            memory_capacity: 100,
-            ..Preset::Paper.settings()
-        };
+        let settings = Preset::Paper.settings().with(|s| {
+            s.network.hidden_layers = vec![30, 65];
+            s.replay.capacity = 100;
+        });
         let mut learner = DynaQ::new(settings, 4, 1).unwrap();
         learner.train.read(&network(&[30, 65], 5)).unwrap();
         learner.set_arch(arch);
@@ -221,11 +222,11 @@ impl Reference {
         let variables: Vec<Var> =
             train.tensors().map(|(_, tensor)| Var::from_tensor(tensor).unwrap()).collect();
         let parameters = ParamsAdamW {
-            lr: settings.learning_rate,
-            beta1: settings.adam_beta1,
-            beta2: settings.adam_beta2,
-            eps: settings.adam_epsilon,
-            weight_decay: settings.weight_decay,
+            lr: settings.optimizer.learning_rate,
+            beta1: settings.optimizer.beta1,
+            beta2: settings.optimizer.beta2,
+            eps: settings.optimizer.epsilon,
+            weight_decay: settings.optimizer.weight_decay,
         };
         let tensors: Vec<Tensor> =
             variables.iter().map(|variable| variable.as_tensor().clone()).collect();
@@ -245,7 +246,7 @@ impl Reference {
         let experiences: Vec<Experience> =
             learner.batch.iter().map(|index| memory.get(*index)).collect();
         let rows = experiences.len();
-        let frames = self.settings.observation_frames;
+        let frames = self.settings.network.observation_frames;
         let observations = |number: fn(&Experience) -> u64| {
             let numbers = experiences.iter().map(number);
             let inputs: Vec<f32> = numbers
@@ -261,7 +262,7 @@ impl Reference {
         };
         let (states, next_states) = (observations(|e| e.state), observations(|e| e.next_state));
         let rewards = column(&|experience| experience.reward);
-        let discount = self.settings.discount as f32;
+        let discount = self.settings.target.discount as f32;
         let discounts = column(&|experience| if experience.terminated { 0.0 } else { discount });
         let actions: Vec<u32> = experiences
             .iter()
@@ -275,7 +276,7 @@ impl Reference {
             .zip(views)
             .flat_map(|(experience, view)| {
                 let tried = view.actions(memory.frame(experience.next_state).tried);
-                let avoids = self.settings.avoid_repetition;
+                let avoids = self.settings.exploration.avoid_repetition;
                 Action::ALL
                     .into_iter()
                     .map(move |a| if avoids && tried.contains(a) { -1e9 } else { 0.0 })
@@ -284,7 +285,7 @@ impl Reference {
         let tried = Tensor::from_vec(tried, (rows, Action::COUNT), device).unwrap();
         let loss = || {
             let next_values = self.target.forward(&next_states)?;
-            let chooser = if self.settings.double_q { &self.train } else { &self.target };
+            let chooser = if self.settings.target.double_q { &self.train } else { &self.target };
             let best = (chooser.forward(&next_states)? + tried)?.argmax_keepdim(D::Minus1)?;
             let best_next = next_values.gather(&best, 1)?.squeeze(1)?.detach();
             let targets = (&rewards + (&discounts * best_next)?)?;

@@ -95,24 +95,26 @@ fn toys(rooms: usize) -> Vec<Toy> {
 
 /// Settings in which the newest memory is drawn rarely, often and always, and several updates a step.
 fn all_settings() -> Vec<Settings> {
-    let paper = Settings {
-        hidden_layers: vec![16, 8],
-        exploration: EpsilonDecay { minimum: 0.2, ..Preset::Paper.settings().exploration },
-        batch_size: 20,
-        learning_rate: 1e-2,
-        ..Preset::Paper.settings()
-    };
+    let paper = Preset::Paper.settings().with(|s| {
+        s.network.hidden_layers = vec![16, 8];
+        s.exploration.epsilon =
+            EpsilonDecay { minimum: 0.2, ..Preset::Paper.settings().exploration.epsilon };
+        s.replay.batch_size = 20;
+        s.optimizer.learning_rate = 1e-2;
+    });
     vec![
-        Settings { memory_capacity: 20, ..paper.clone() },
-        Settings { memory_capacity: 33, planning_steps: 3, ..paper.clone() },
-        Settings { planning_steps: 0, ..paper.clone() },
-        Settings {
-            target_update_at: TargetUpdate::Update,
-            hidden_layers: vec![16, 8],
-            batch_size: 20,
-            memory_capacity: 40,
-            ..Preset::Robust.settings()
-        },
+        paper.clone().with(|s| s.replay.capacity = 20),
+        paper.clone().with(|s| {
+            s.replay.capacity = 33;
+            s.replay.planning_steps = 3;
+        }),
+        paper.clone().with(|s| s.replay.planning_steps = 0),
+        Preset::Robust.settings().with(|s| {
+            s.target.update_at = TargetUpdate::Update;
+            s.network.hidden_layers = vec![16, 8];
+            s.replay.batch_size = 20;
+            s.replay.capacity = 40;
+        }),
         paper,
     ]
 }
@@ -143,7 +145,7 @@ fn sequential(plan: &Plan, settings: &Settings) -> (u64, Vec<u8>) {
         let mut results = Vec::new();
         for (room, present) in rooms.iter_mut().zip(&present) {
             results.push(present.as_ref().map(|(episode, number)| {
-                let epsilon = settings.exploration.epsilon(*episode, plan.episodes);
+                let epsilon = settings.exploration.epsilon.epsilon(*episode, plan.episodes);
                 let decision = learner.act(&[(*number, epsilon)]).remove(0);
                 (decision.action, room.step(decision.action).unwrap())
             }));
@@ -152,7 +154,7 @@ fn sequential(plan: &Plan, settings: &Settings) -> (u64, Vec<u8>) {
         for (present, result) in present.iter_mut().zip(&results) {
             if let (Some((_, number)), Some((action, step))) = (present, result) {
                 steps += 1;
-                updates += settings.planning_steps;
+                updates += settings.replay.planning_steps;
                 *number = learner.remember(*number, *action, step);
             }
         }

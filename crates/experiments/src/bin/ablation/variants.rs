@@ -20,23 +20,25 @@ pub fn variants() -> Vec<Variant> {
     vec![
         Variant { name: "robust", episodes, settings: robust.clone() },
         without("a third of the episodes", robust.clone()),
-        without("one image", Settings { observation_frames: 1, ..robust.clone() }),
-        without("may repeat itself", Settings { avoid_repetition: false, ..robust.clone() }),
+        without("one image", robust.clone().with(|s| s.network.observation_frames = 1)),
+        without(
+            "may repeat itself",
+            robust.clone().with(|s| s.exploration.avoid_repetition = false),
+        ),
         without(
             "blocked moves cost nothing more",
-            Settings { blocked_reward: 0.0, ..robust.clone() },
+            robust.clone().with(|s| s.replay.blocked_reward = 0.0),
         ),
-        without("no mirror", Settings { mirror: false, ..robust.clone() }),
-        without("always all images", Settings { history_dropout: 0.0, ..robust.clone() }),
-        without("no weight decay", Settings { weight_decay: 0.0, ..robust.clone() }),
+        without("no mirror", robust.clone().with(|s| s.replay.mirror = false)),
+        without("always all images", robust.clone().with(|s| s.replay.history_dropout = 0.0)),
+        without("no weight decay", robust.clone().with(|s| s.optimizer.weight_decay = 0.0)),
         without(
             "the paper's target network",
-            Settings {
-                target_update: paper.target_update,
-                target_update_at: TargetUpdate::Episode,
-                ..robust.clone()
-            },
+            robust.clone().with(|s| {
+                s.target.rate = paper.target.rate;
+                s.target.update_at = TargetUpdate::Episode;
+            }),
         ),
-        without("with double Q-learning", Settings { double_q: true, ..robust }),
+        without("with double Q-learning", robust.with(|s| s.target.double_q = true)),
     ]
 }

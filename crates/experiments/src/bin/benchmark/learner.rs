@@ -39,7 +39,7 @@ pub fn measure() -> anyhow::Result<Vec<LearnerFigures>> {
 fn measure_preset(preset: Preset) -> anyhow::Result<LearnerFigures> {
     let settings = preset.settings();
     let mut learner = DynaQ::new(settings.clone(), 0, 1)?;
-    let state = fill_memory(&mut learner, settings.memory_capacity)?;
+    let state = fill_memory(&mut learner, settings.replay.capacity)?;
     let (mut sgemm, mut update, mut inference) = (Vec::new(), Vec::new(), Vec::new());
     let matrix = Tensor::rand(-1f32, 1f32, (1024, 1024), &Device::Cpu)?;
     for _ in 0..ROUNDS {
@@ -72,15 +72,15 @@ fn measure_preset(preset: Preset) -> anyhow::Result<LearnerFigures> {
 /// another one of the training network, and back the gradients of the weights and of all inputs but
 /// the observation.
 fn update_flop(settings: &Settings) -> f64 {
-    let sizes: Vec<usize> = [input_size(settings.observation_frames)]
+    let sizes: Vec<usize> = [input_size(settings.network.observation_frames)]
         .into_iter()
-        .chain(settings.hidden_layers.iter().copied())
+        .chain(settings.network.hidden_layers.iter().copied())
         .chain([Action::COUNT])
         .collect();
     let products: Vec<usize> = sizes.windows(2).map(|pair| pair[0] * pair[1]).collect();
     let all: usize = products.iter().sum();
-    let passes = if settings.double_q { 5 } else { 4 };
-    2.0 * settings.batch_size as f64 * (passes * all - products[0]) as f64
+    let passes = if settings.target.double_q { 5 } else { 4 };
+    2.0 * settings.replay.batch_size as f64 * (passes * all - products[0]) as f64
 }
 
 /// Fills the memory as a training does, by any actions in the empty room. Returns the number of the

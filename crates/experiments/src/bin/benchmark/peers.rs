@@ -75,11 +75,11 @@ impl PeerFigures {
 
 /// The form of network and batch as `torch_update.py` takes it.
 fn form(settings: &Settings) -> Vec<String> {
-    let hidden = settings.hidden_layers.iter().map(usize::to_string);
-    ["--inputs".to_owned(), input_size(settings.observation_frames).to_string()]
+    let hidden = settings.network.hidden_layers.iter().map(usize::to_string);
+    ["--inputs".to_owned(), input_size(settings.network.observation_frames).to_string()]
         .into_iter()
-        .chain(["--batch".to_owned(), settings.batch_size.to_string()])
-        .chain(settings.double_q.then(|| "--double".to_owned()))
+        .chain(["--batch".to_owned(), settings.replay.batch_size.to_string()])
+        .chain(settings.target.double_q.then(|| "--double".to_owned()))
         .chain(["--hidden".to_owned()])
         .chain(hidden)
         .collect()

@@ -158,7 +158,7 @@ fn main() -> anyhow::Result<()> {
     let outcome = Outcome::left_in(&out);
     let plan = Plan { scenario: SCENARIO.to_owned(), episodes, seed: SEED, rooms: 1 };
     let mut settings = PRESET.settings();
-    settings.exploration.minimum = LEAST_EPSILON;
+    settings.exploration.epsilon.minimum = LEAST_EPSILON;
     let undisturbed = Outcome::with_settings(plan, settings, MAX_STEPS, &nodes.path("here"));
     let steps = outcome.steps();
     let too_short =
