@@ -37,7 +37,7 @@ fn a_step_and_its_frame_allocate_nothing() {
 #[test]
 fn an_answer_allocates_no_more_at_the_end_of_an_episode_than_at_its_start() {
     // Ahead is the wall, so that the episode lasts.
-    let layout = Layout::from_parameters(&[2.0, 0.0], &[], &[1.15, 0.0, 0.0]).unwrap();
+    let layout = Layout::from_lists(&[2.0, 0.0], &[], &[1.15, 0.0, 0.0]).unwrap();
     let settings = WorldSettings { layout, ..WorldSettings::default() };
     let world = World::new(settings, Scenario::Empty, 1).unwrap();
     let camera = Camera::new(CameraSettings::default()).unwrap();

@@ -39,7 +39,7 @@ fn wrong_parameters_and_arguments() {
     for (arguments, expected) in [
         (&["-p", "scenario:=desert"][..], "expected one of empty"),
         (&["-p", "camera.height:=0.5"], "a camera at a height of 0.5 m cannot be"),
-        (&["-p", "fixed_robot:=[0.0, 0.0]"], "fixed_robot has 2 numbers"),
+        (&["-p", "fixed_robot:=[0.0, 0.0]"], "the fixed robot's pose has 2 numbers"),
         (&["-p", "fixed_robot:=[9.0, 0.0, 0.0]"], "the room cannot be laid out"),
     ] {
         let line = complaint(&nodes, "sim_node", &[&["--ros-args"], arguments].concat());

@@ -160,7 +160,7 @@ fn declare_layout(parameters: &Parameters) -> Result<(), ParameterError> {
 }
 
 fn check_layout(exit: &[f64], cylinders: &[f64], robot: &[f64]) -> Result<(), String> {
-    Layout::from_parameters(exit, cylinders, robot).map(drop).map_err(|error| error.to_string())
+    Layout::from_lists(exit, cylinders, robot).map(drop).map_err(|error| error.to_string())
 }
 
 /// The numbers of a list; a check sees no other type than the declared one.
@@ -174,7 +174,7 @@ fn numbers(value: &ParameterValue) -> &[f64] {
 /// What the parameters hold fixed now.
 pub(super) fn layout(parameters: &Parameters) -> Result<Layout, LayoutError> {
     let list = |name| parameters.get::<Vec<f64>>(name).unwrap_or_default();
-    Layout::from_parameters(&list(FIXED_EXIT), &list(FIXED_CYLINDERS), &list(FIXED_ROBOT))
+    Layout::from_lists(&list(FIXED_EXIT), &list(FIXED_CYLINDERS), &list(FIXED_ROBOT))
 }
 
 fn declare_camera(parameters: &Parameters) -> anyhow::Result<Camera> {
@@ -212,13 +212,13 @@ mod tests {
     fn what_is_fixed_can_be_changed_while_the_node_runs() {
         let parameters = parameters("-p fixed_exit:=[2,0.5]");
         let room = declare_room(&parameters).unwrap();
-        let first = Layout::from_parameters(&[2.0, 0.5], &[], &[]).unwrap();
+        let first = Layout::from_lists(&[2.0, 0.5], &[], &[]).unwrap();
         assert_eq!(room.world.layout, first);
 
         parameters.set(FIXED_EXIT, list(&[])).unwrap();
         parameters.set(FIXED_CYLINDERS, list(&[0.1, 0.2])).unwrap();
         parameters.set(FIXED_ROBOT, list(&[-0.5, 0.5, 1.0])).unwrap();
-        let second = Layout::from_parameters(&[], &[0.1, 0.2], &[-0.5, 0.5, 1.0]);
+        let second = Layout::from_lists(&[], &[0.1, 0.2], &[-0.5, 0.5, 1.0]);
         assert_eq!(layout(&parameters), second);
     }
 

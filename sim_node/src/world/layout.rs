@@ -22,72 +22,69 @@ pub struct Layout {
 /// Why lists of numbers do not say what is fixed.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum LayoutError {
-    /// `fixed_exit` is not a pair.
-    #[error("fixed_exit has {0} numbers: it is [wall, offset], or empty for a random exit")]
+    /// The exit is not a pair.
+    #[error("the fixed exit has {0} numbers: it is [wall, offset], or empty for a random exit")]
     ExitLength(usize),
-    /// `fixed_exit` names no wall.
-    #[error("fixed_exit is on wall {0}: a wall is 0 (+x), 1 (+y), 2 (-x) or 3 (-y)")]
+    /// The exit names no wall.
+    #[error("the fixed exit is on wall {0}: a wall is 0 (+x), 1 (+y), 2 (-x) or 3 (-y)")]
     UnknownWall(f64),
-    /// `fixed_exit` is not wholly on its wall.
-    #[error("fixed_exit: {0}")]
+    /// The exit is not wholly on its wall.
+    #[error("the fixed exit: {0}")]
     ExitOffWall(#[from] ExitOffWall),
-    /// `fixed_cylinders` are not pairs.
+    /// The cylinders are not pairs.
     #[error(
-        "fixed_cylinders has {0} numbers: it is [x, y, ...], two for each cylinder, or empty for \
+        "the fixed cylinders' list has {0} numbers: it is [x, y, ...], two for each cylinder, or empty for \
          random places"
     )]
     CylindersLength(usize),
-    /// `fixed_robot` is not a pose.
-    #[error("fixed_robot has {0} numbers: it is [x, y, yaw], or empty for a random pose")]
+    /// The robot is not a pose.
+    #[error(
+        "the fixed robot's pose has {0} numbers: it is [x, y, yaw], or empty for a random pose"
+    )]
     RobotLength(usize),
     /// A number is infinite or not a number.
-    #[error("{parameter} contains {number}: all its numbers are finite")]
+    #[error("{what} contains {number}: all its numbers are finite")]
     NotFinite {
-        /// The parameter.
-        parameter: &'static str,
+        /// Of what.
+        what: &'static str,
         /// The number.
         number: f64,
     },
 }
 
 impl Layout {
-    /// The layout that three lists of numbers describe, as the parameters of the same names give
-    /// them; an empty list leaves its part random.
+    /// The layout that three lists of numbers describe; an empty list leaves its part random.
     ///
-    /// - `fixed_exit`: `[wall, offset]`, the wall 0..=3 for +x, +y, -x, -y, and the exit's distance
+    /// - the exit: `[wall, offset]`, the wall 0..=3 for +x, +y, -x, -y, and the exit's distance
     ///   from its middle in metres, as in [`Exit::new`];
-    /// - `fixed_cylinders`: `[x, y, ...]` in metres;
-    /// - `fixed_robot`: `[x, y, yaw]` in metres and radians.
-    pub fn from_parameters(
-        fixed_exit: &[f64],
-        fixed_cylinders: &[f64],
-        fixed_robot: &[f64],
-    ) -> Result<Self, LayoutError> {
-        all_finite("fixed_exit", fixed_exit)?;
-        all_finite("fixed_cylinders", fixed_cylinders)?;
-        all_finite("fixed_robot", fixed_robot)?;
-        let exit = match *fixed_exit {
+    /// - the cylinders: `[x, y, ...]` in metres;
+    /// - the robot: `[x, y, yaw]` in metres and radians.
+    pub fn from_lists(exit: &[f64], cylinders: &[f64], robot: &[f64]) -> Result<Self, LayoutError> {
+        all_finite("the fixed exit", exit)?;
+        all_finite("the fixed cylinders' list", cylinders)?;
+        all_finite("the fixed robot's pose", robot)?;
+        let exit = match *exit {
             [] => None,
             [wall, offset] => Some(Exit::new(numbered_wall(wall)?, offset)?),
-            _ => return Err(LayoutError::ExitLength(fixed_exit.len())),
+            _ => return Err(LayoutError::ExitLength(exit.len())),
         };
-        let cylinders = match fixed_cylinders.as_chunks() {
+        let cylinders = match cylinders.as_chunks() {
             ([], []) => None,
             (pairs, []) => Some(pairs.iter().map(|&[x, y]| Point2::new(x, y)).collect()),
-            _ => return Err(LayoutError::CylindersLength(fixed_cylinders.len())),
+            _ => return Err(LayoutError::CylindersLength(cylinders.len())),
         };
-        let robot = match *fixed_robot {
+        let robot = match *robot {
             [] => None,
             [x, y, yaw] => Some(Isometry2::new(Vector2::new(x, y), yaw)),
-            _ => return Err(LayoutError::RobotLength(fixed_robot.len())),
+            _ => return Err(LayoutError::RobotLength(robot.len())),
         };
         Ok(Self { exit, cylinders, robot })
     }
 }
 
-fn all_finite(parameter: &'static str, numbers: &[f64]) -> Result<(), LayoutError> {
+fn all_finite(what: &'static str, numbers: &[f64]) -> Result<(), LayoutError> {
     match numbers.iter().find(|number| !number.is_finite()) {
-        Some(&number) => Err(LayoutError::NotFinite { parameter, number }),
+        Some(&number) => Err(LayoutError::NotFinite { what, number }),
         None => Ok(()),
     }
 }
@@ -106,13 +103,12 @@ mod tests {
 
     #[test]
     fn empty_lists_leave_everything_random() {
-        assert_eq!(Layout::from_parameters(&[], &[], &[]), Ok(Layout::default()));
+        assert_eq!(Layout::from_lists(&[], &[], &[]), Ok(Layout::default()));
     }
 
     #[test]
     fn lists_say_what_is_fixed() {
-        let layout =
-            Layout::from_parameters(&[3.0, -0.5], &[0.1, 0.2, -0.3, -0.4], &[1.0, 0.5, 0.25]);
+        let layout = Layout::from_lists(&[3.0, -0.5], &[0.1, 0.2, -0.3, -0.4], &[1.0, 0.5, 0.25]);
         assert_eq!(
             layout,
             Ok(Layout {
@@ -130,42 +126,42 @@ mod tests {
                 &[1.0][..],
                 &[][..],
                 &[][..],
-                "fixed_exit has 1 numbers: it is [wall, offset], or empty for a random exit",
+                "the fixed exit has 1 numbers: it is [wall, offset], or empty for a random exit",
             ),
             (
                 &[0.5, 0.0],
                 &[],
                 &[],
-                "fixed_exit is on wall 0.5: a wall is 0 (+x), 1 (+y), 2 (-x) or 3 (-y)",
+                "the fixed exit is on wall 0.5: a wall is 0 (+x), 1 (+y), 2 (-x) or 3 (-y)",
             ),
             (
                 &[2.0, -1.25],
                 &[],
                 &[],
-                "fixed_exit: an exit -1.25 m from the middle of the -x wall is not wholly on it: \
+                "the fixed exit: an exit -1.25 m from the middle of the -x wall is not wholly on it: \
                  the offset is within ±1 m",
             ),
             (
                 &[],
                 &[0.0, 0.5, 0.5],
                 &[],
-                "fixed_cylinders has 3 numbers: it is [x, y, ...], two for each cylinder, or \
+                "the fixed cylinders' list has 3 numbers: it is [x, y, ...], two for each cylinder, or \
                  empty for random places",
             ),
             (
                 &[],
                 &[],
                 &[0.0, 0.5],
-                "fixed_robot has 2 numbers: it is [x, y, yaw], or empty for a random pose",
+                "the fixed robot's pose has 2 numbers: it is [x, y, yaw], or empty for a random pose",
             ),
             (
                 &[],
                 &[],
                 &[0.0, 0.5, f64::INFINITY],
-                "fixed_robot contains inf: all its numbers are finite",
+                "the fixed robot's pose contains inf: all its numbers are finite",
             ),
         ] {
-            let error = Layout::from_parameters(exit, cylinders, robot).unwrap_err();
+            let error = Layout::from_lists(exit, cylinders, robot).unwrap_err();
             assert_eq!(error.to_string(), message);
         }
     }

@@ -21,7 +21,7 @@ const ATTEMPTS: u32 = 100_000;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PlacementError {
     /// As many cylinders are fixed as another scenario has.
-    #[error("scenario `{scenario}` has {expected} cylinders, but fixed_cylinders places {given}")]
+    #[error("scenario `{scenario}` has {expected} cylinders, but {given} are held fixed")]
     CylinderCount {
         /// The scenario.
         scenario: Scenario,
@@ -88,7 +88,7 @@ pub enum PlacementError {
     /// What is fixed leaves no room for the rest.
     #[error(
         "no room in scenario `{scenario}`: what is fixed left no place for the rest in {ATTEMPTS} \
-         random layouts (the last: {last}); free or move fixed_exit, fixed_cylinders or fixed_robot"
+         random layouts (the last: {last}); free or move the exit, the cylinders or the robot"
     )]
     NoRoom {
         /// The scenario.
@@ -299,7 +299,7 @@ mod tests {
             error.to_string(),
             "no room in scenario `one_moving`: what is fixed left no place for the rest in 100000 \
              random layouts (the last: the cylinder at (0.9, 0) m is outside the central square: x \
-             and y are within ±0.75 m); free or move fixed_exit, fixed_cylinders or fixed_robot"
+             and y are within ±0.75 m); free or move the exit, the cylinders or the robot"
         );
     }
 }

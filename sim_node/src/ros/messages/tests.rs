@@ -23,7 +23,7 @@ const NOW: Time = Time { sec: 3, nanosec: 500_000_000 };
 
 /// A world in which these parts are fixed, as the parameters have them.
 fn fixed_world(scenario: Scenario, exit: &[f64], cylinders: &[f64], robot: &[f64]) -> World {
-    let layout = Layout::from_parameters(exit, cylinders, robot).unwrap();
+    let layout = Layout::from_lists(exit, cylinders, robot).unwrap();
     World::new(WorldSettings { layout, ..WorldSettings::default() }, scenario, 0).unwrap()
 }
 

@@ -222,7 +222,7 @@ fn the_path_begins_anew_with_each_episode_and_has_every_step() {
 #[test]
 fn what_is_fixed_counts_from_the_next_reset_on() {
     let mut session = session();
-    let robot = |numbers| Layout::from_parameters(&[], &[], numbers).unwrap();
+    let robot = |numbers| Layout::from_lists(&[], &[], numbers).unwrap();
     let before = *session.world().robot();
     session.set_layout(robot(&[0.5, -0.5, 0.0]));
     assert_eq!(*session.world().robot(), before);

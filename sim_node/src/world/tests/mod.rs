@@ -25,7 +25,7 @@ fn fixed_world(
     cylinders: &[f64],
     robot: &[f64],
 ) -> Result<World, PlacementError> {
-    let layout = Layout::from_parameters(exit, cylinders, robot).unwrap();
+    let layout = Layout::from_lists(exit, cylinders, robot).unwrap();
     World::new(WorldSettings { layout, ..WorldSettings::default() }, scenario, 0)
 }
 

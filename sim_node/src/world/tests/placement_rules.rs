@@ -72,14 +72,14 @@ fn hold_what_is_fixed() {
 fn hold_what_is_fixed_later_from_the_next_reset_on() {
     let mut world = world(Scenario::Empty, 1);
     let before = state(&world);
-    let fixed = Layout::from_parameters(&[2.0, -0.5], &[], &[0.5, 0.5, 2.0]).unwrap();
+    let fixed = Layout::from_lists(&[2.0, -0.5], &[], &[0.5, 0.5, 2.0]).unwrap();
     world.set_layout(fixed);
     assert_eq!(state(&world), before);
     world.reset(None, None).unwrap();
     assert_eq!(*world.exit(), Exit::new(Wall::NegativeX, -0.5).unwrap());
     assert_eq!(*world.robot(), Isometry2::new(Vector2::new(0.5, 0.5), 2.0));
 
-    let impossible = Layout::from_parameters(&[], &[], &[0.0, 1.2, 0.0]).unwrap();
+    let impossible = Layout::from_lists(&[], &[], &[0.0, 1.2, 0.0]).unwrap();
     world.set_layout(impossible);
     let before = state(&world);
     let error = world.reset(None, None).unwrap_err();
@@ -96,7 +96,7 @@ fn hold_what_is_fixed_later_from_the_next_reset_on() {
 fn move_cylinders_to_places_that_are_new() {
     let centres = |world: &World| world.cylinders().iter().map(Cylinder::centre).collect();
     let mut world = world(Scenario::TwoMoving, 1);
-    let fixed = Layout::from_parameters(&[], &[0.5, 0.5, -0.5, 0.5], &[]).unwrap();
+    let fixed = Layout::from_lists(&[], &[0.5, 0.5, -0.5, 0.5], &[]).unwrap();
     world.set_layout(fixed.clone());
     world.reset(None, None).unwrap();
     let places = vec![Point2::new(0.5, 0.5), Point2::new(-0.5, 0.5)];
@@ -130,7 +130,7 @@ fn are_told_to_those_who_break_them() {
             &[][..],
             &[0.0, 0.0][..],
             &[][..],
-            "scenario `three_cylinders` has 3 cylinders, but fixed_cylinders places 1",
+            "scenario `three_cylinders` has 3 cylinders, but 1 are held fixed",
         ),
         (
             OneCylinder,

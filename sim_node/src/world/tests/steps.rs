@@ -59,7 +59,7 @@ fn test_contact_at_the_new_pose_only() {
 
 #[test]
 fn end_when_the_episode_has_had_them_all() {
-    let layout = Layout::from_parameters(&[2.0, 0.0], &[], &[1.1, 0.5, 0.0]).unwrap();
+    let layout = Layout::from_lists(&[2.0, 0.0], &[], &[1.1, 0.5, 0.0]).unwrap();
     let settings = WorldSettings { max_steps: 3, layout, ..WorldSettings::default() };
     let mut world = World::new(settings, Scenario::Empty, 0).unwrap();
     let truncated: Vec<bool> =
@@ -72,7 +72,7 @@ fn end_when_the_episode_has_had_them_all() {
 
 #[test]
 fn that_escape_last_are_terminated_and_not_truncated() {
-    let layout = Layout::from_parameters(&[0.0, 0.0], &[], &[1.04, 0.0, 0.0]).unwrap();
+    let layout = Layout::from_lists(&[0.0, 0.0], &[], &[1.04, 0.0, 0.0]).unwrap();
     let settings = WorldSettings { max_steps: 1, layout, ..WorldSettings::default() };
     let mut world = World::new(settings, Scenario::Empty, 0).unwrap();
     let outcome = world.step(action(AHEAD)).unwrap();
