@@ -1,9 +1,9 @@
 //! The fewest steps that lead out of the room, for whoever knows its plan.
 
-use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_4, SQRT_2};
 
 use nalgebra::{Isometry2, Point2, UnitComplex, Vector2};
+use pathfinding::directed::astar::astar;
 use task::Action;
 use task::action::STEP_LENGTH;
 
@@ -11,16 +11,16 @@ use super::World;
 use super::exit::{EXIT_DEPTH, EXIT_WIDTH, Exit};
 use super::robot::{FOOTPRINT_SIDE, Footprint};
 
-/// Longer paths are not looked for. The longest needed in 100,000 random layouts of each scenario
-/// has 23 steps.
-const MOST_STEPS: usize = 64;
+/// After so many places there is taken to be no way out. In 100,000 random layouts of each scenario the
+/// longest path has 23 steps.
+const MOST_PLACES: u32 = 2_000_000;
 
 /// The fewest steps in which the robot can escape from where it is now; 0 once it has escaped.
 ///
-/// `None` where obstacles move, or if no path of at most 64 steps leads out.
+/// `None` where obstacles move, or if no way out is found.
 pub fn fewest_steps(world: &World) -> Option<u32> {
     let path = shortest_path(world)?;
-    Some(u32::try_from(path.len()).expect("a path has at most 64 steps"))
+    u32::try_from(path.len()).ok()
 }
 
 /// Actions that lead out in the fewest steps, under the same conditions as [`fewest_steps`].
@@ -39,7 +39,7 @@ pub fn shortest_path(world: &World) -> Option<Vec<Action>> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct Place {
     /// Steps towards 0, 45, 90 and 135 degrees; a step the other way counts -1.
-    steps: [i8; 4],
+    steps: [i16; 4],
     /// In eighths of a full turn, 0..=7.
     heading: u8,
 }
@@ -53,25 +53,21 @@ impl Place {
     }
 }
 
-/// How a place was reached.
-struct Visit {
+/// Where the search is: at a place in the room, or out of it after the step that leads there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+struct State {
     place: Place,
-    steps: usize,
-    /// The index of the visit before this one and the action that led here.
-    from: Option<(usize, Action)>,
+    is_out: bool,
 }
 
-/// An A* search over places: each step costs 1, and walls and obstacles have no way through.
+/// The room, as the search asks it.
 struct Search<'world> {
     world: &'world World,
     /// Rotations by eighths of a full turn, and one step in each direction.
     rotations: [UnitComplex<f64>; 8],
     strides: [Vector2<f64>; 8],
-    visits: Vec<Visit>,
-    /// The fewest steps to a place so far; 0 where the robot cannot be, so that no way is better.
-    fewest: HashMap<Place, usize>,
-    /// Visits to go on from, by the least length of a path through them.
-    frontier: Vec<Vec<usize>>,
+    /// How many more places may be gone on from: there is no end of them.
+    left: u32,
 }
 
 impl<'world> Search<'world> {
@@ -80,65 +76,49 @@ impl<'world> Search<'world> {
             world.robot().rotation * UnitComplex::new(eighth as f64 * FRAC_PI_4)
         });
         let stride = Vector2::new(STEP_LENGTH, 0.0);
-        Self {
-            world,
-            rotations,
-            strides: rotations.map(|rotation| rotation * stride),
-            visits: Vec::new(),
-            fewest: HashMap::new(),
-            frontier: vec![Vec::new(); MOST_STEPS + 1],
-        }
+        let strides = rotations.map(|rotation| rotation * stride);
+        Self { world, rotations, strides, left: MOST_PLACES }
     }
 
+    /// A* over places: each step costs 1, and walls and obstacles have no way through.
     fn run(mut self) -> Option<Vec<Action>> {
-        if self.world.exit().touches(&Footprint::at(self.world.robot())) {
-            return Some(Vec::new());
-        }
         let start = Place { steps: [0; 4], heading: 0 };
-        self.fewest.insert(start, 0);
-        self.reach(Visit { place: start, steps: 0, from: None });
-        for length in 0..=MOST_STEPS {
-            while let Some(index) = self.frontier[length].pop() {
-                if let Some(path) = self.go_on(index) {
-                    return Some(path);
-                }
-            }
-        }
-        None
+        let is_out = self.world.exit().touches(&Footprint::at(self.world.robot()));
+        let bounds = Search::new(self.world);
+        let (path, _) = astar(
+            &State { place: start, is_out },
+            |state| self.successors(state.place),
+            |state| bounds.least_steps(state),
+            |state| state.is_out,
+        )?;
+        let turns = path.windows(2).map(|pair| {
+            let is_between = |action: &Action| pair[0].place.after(*action) == pair[1].place;
+            Action::ALL.into_iter().find(is_between)
+        });
+        turns.collect()
     }
 
-    /// Takes every action from a visited place; the path, if one of them leads out.
-    fn go_on(&mut self, index: usize) -> Option<Vec<Action>> {
-        let Visit { place, steps, .. } = self.visits[index];
-        if self.fewest[&place] < steps {
-            return None; // A shorter way was found since.
-        }
-        for action in Action::ALL {
-            let next = place.after(action);
-            if self.fewest.get(&next).is_some_and(|&fewest| fewest <= steps + 1) {
-                continue;
-            }
-            let footprint = Footprint::at(&self.pose(next));
-            // No way out is shorter: a path through this place has at least this length, and one
-            // through any other place of the frontier is at least as long.
-            if self.world.exit().touches(&footprint) {
-                return Some(self.path(index, action));
-            }
-            let blocked = self.world.obstacles().touch(&footprint);
-            self.fewest.insert(next, if blocked { 0 } else { steps + 1 });
-            if !blocked {
-                self.reach(Visit { place: next, steps: steps + 1, from: Some((index, action)) });
-            }
-        }
-        None
+    fn successors(&mut self, place: Place) -> Vec<(State, u32)> {
+        let Some(left) = self.left.checked_sub(1) else {
+            return Vec::new();
+        };
+        self.left = left;
+        let step = |action| {
+            let place = place.after(action);
+            let footprint = Footprint::at(&self.pose(place));
+            let is_out = self.world.exit().touches(&footprint);
+            let is_free = is_out || !self.world.obstacles().touch(&footprint);
+            is_free.then_some((State { place, is_out }, 1))
+        };
+        Action::ALL.into_iter().filter_map(step).collect()
     }
 
-    fn reach(&mut self, visit: Visit) {
-        let centre = self.pose(visit.place).translation.vector.into();
-        let length = visit.steps + least_steps(self.world.exit(), &centre);
-        if let Some(visits) = self.frontier.get_mut(length) {
-            visits.push(self.visits.len());
-            self.visits.push(visit);
+    fn least_steps(&self, state: &State) -> u32 {
+        match state.is_out {
+            true => 0,
+            false => {
+                least_steps(self.world.exit(), &self.pose(state.place).translation.vector.into())
+            }
         }
     }
 
@@ -149,22 +129,11 @@ impl<'world> Search<'world> {
         }
         Isometry2::from_parts(position, self.rotations[usize::from(place.heading)])
     }
-
-    fn path(&self, index: usize, last: Action) -> Vec<Action> {
-        let mut path = vec![last];
-        let mut visit = &self.visits[index];
-        while let Some((index, action)) = visit.from {
-            path.push(action);
-            visit = &self.visits[index];
-        }
-        path.reverse();
-        path
-    }
 }
 
 /// A number of steps that is never more than the exit is away from a robot that does not touch it:
 /// those that bring the corner of the robot to the exit on a straight line.
-fn least_steps(exit: &Exit, centre: &Point2<f64>) -> usize {
+fn least_steps(exit: &Exit, centre: &Point2<f64>) -> u32 {
     // Contact is tested in single precision, which may reach this much further.
     const TOLERANCE: f64 = 1e-5;
     let centre = exit.pose().inverse_transform_point(centre);
@@ -173,5 +142,5 @@ fn least_steps(exit: &Exit, centre: &Point2<f64>) -> usize {
         (centre.y.abs() - EXIT_WIDTH / 2.0).max(0.0),
     );
     let way = gap.norm() - FOOTPRINT_SIDE / SQRT_2 - TOLERANCE;
-    ((way / STEP_LENGTH).ceil() as usize).max(1)
+    ((way / STEP_LENGTH).ceil() as u32).max(1)
 }
