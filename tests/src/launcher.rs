@@ -25,7 +25,7 @@ pub enum Kill {
 /// Kills `evac` in the middle of a training again and again; each time no process may be left, and the
 /// training must go on. It ends as one that nobody has disturbed.
 pub fn assert_leaves_nothing(kill: Kill, rounds: u32) {
-    const EPISODES: u32 = 20;
+    const EPISODES: u32 = 8;
     let nodes = Nodes::new();
     let out = nodes.path("run");
     let checkpoint = out.join("checkpoint.safetensors");

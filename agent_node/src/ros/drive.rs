@@ -32,6 +32,7 @@ pub fn drive(arguments: &Arguments) -> anyhow::Result<()> {
     let q_values = node.create_publisher("q_values", reliable(10))?;
     let timeout = Duration::from_secs_f64(image_timeout);
     let mut wheel = Wheel { driver, actions, q_values, state, timeout };
+    node.tell_ready();
     info!("waiting for images on {}", node.naming().resolve("camera/image")?);
     let shutdown = node.shutdown().clone();
     node.block_on(shutdown.unless_requested(async {

@@ -32,6 +32,7 @@ pub fn evaluate(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<
     let policy = model.policy()?;
     let directory = RunDirectory::open(Path::new(&out))?;
     let (connection, announcer) = Connection::new(&mut node, "")?;
+    node.tell_ready();
     let Some(mut room) = common.connect(&node, connection)? else {
         return Ok(());
     };

@@ -60,6 +60,7 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
     let connections = connections.collect::<Result<Vec<_>, _>>()?;
     let (connections, announcers): (Vec<_>, Vec<_>) = connections.into_iter().unzip();
     listener.announcers = announcers;
+    node.tell_ready();
     let mut rooms = Vec::new();
     for connection in connections {
         match common.connect(&node, connection)? {

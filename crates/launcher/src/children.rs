@@ -2,6 +2,7 @@
 
 use std::{ffi::OsStr, path::Path, process::ExitStatus, time::Duration};
 
+use crate::readiness::Readiness;
 use anyhow::Context;
 use rustix::process::{Pid, Signal, kill_process};
 use tokio::{
@@ -23,11 +24,16 @@ impl Node {
     ///
     /// It must be called on the thread that lives as long as this process: a child is sent its signal
     /// when the thread that has started it ends.
-    pub fn start(program: &Path, arguments: &[impl AsRef<OsStr>]) -> anyhow::Result<Node> {
+    pub fn start(
+        program: &Path,
+        arguments: &[impl AsRef<OsStr>],
+        readiness: &Readiness,
+    ) -> anyhow::Result<Node> {
         let child = Command::new(program)
             .args(arguments)
             .arg("--parent")
             .arg(std::process::id().to_string())
+            .env(Readiness::VARIABLE, readiness.socket())
             .stdin(std::process::Stdio::null())
             .spawn()
             .with_context(|| program.display().to_string())?;

@@ -4,7 +4,7 @@
 //! - [`programs`]: where the nodes and the experiments are.
 //! - [`parameters`]: what options a node has, which it tells itself.
 //! - [`command_line`]: the options of each command, made of them.
-//! - [`children`], [`supervision`]: the nodes as processes; they are started again, and end with this one.
+//! - [`children`], [`readiness`], [`supervision`]: the nodes as processes, which say when they are ready; they are started again, and end with this one.
 //! - [`commands`]: what the program does.
 
 mod children;
@@ -12,6 +12,7 @@ mod command_line;
 mod commands;
 mod parameters;
 mod programs;
+mod readiness;
 mod supervision;
 
 use std::process::ExitCode;

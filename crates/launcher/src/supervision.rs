@@ -14,7 +14,7 @@ use tokio::{
     time::sleep,
 };
 
-use crate::children::Node;
+use crate::{children::Node, readiness::Readiness};
 
 /// A simulator that has failed is started again after this time.
 const PAUSE: Duration = Duration::from_secs(1);
@@ -71,6 +71,7 @@ impl Signals {
 /// A simulator, and how often it has failed.
 struct Simulator<'a> {
     plan: &'a Plan,
+    readiness: &'a Readiness,
     arguments: &'a [String],
     node: Node,
     started: Instant,
@@ -78,9 +79,13 @@ struct Simulator<'a> {
 }
 
 impl<'a> Simulator<'a> {
-    fn start(plan: &'a Plan, arguments: &'a [String]) -> anyhow::Result<Simulator<'a>> {
-        let node = Node::start(&plan.simulator, arguments)?;
-        Ok(Simulator { plan, arguments, node, started: Instant::now(), failures: 0 })
+    fn start(
+        plan: &'a Plan,
+        arguments: &'a [String],
+        readiness: &'a Readiness,
+    ) -> anyhow::Result<Simulator<'a>> {
+        let node = Node::start(&plan.simulator, arguments, readiness)?;
+        Ok(Simulator { plan, readiness, arguments, node, started: Instant::now(), failures: 0 })
     }
 
     /// Keeps it alive; returns once it is given up.
@@ -107,7 +112,7 @@ impl<'a> Simulator<'a> {
         }
         eprintln!("evac: sim_node has ended with {status}; it is started again");
         sleep(PAUSE).await;
-        self.node = Node::start(&self.plan.simulator, self.arguments)?;
+        self.node = Node::start(&self.plan.simulator, self.arguments, self.readiness)?;
         self.started = Instant::now();
         Ok(())
     }
@@ -115,37 +120,12 @@ impl<'a> Simulator<'a> {
 
 /// Runs the nodes until the agent ends, which gives the exit code.
 pub async fn run(plan: &Plan) -> anyhow::Result<ExitCode> {
-    let mut signals = Signals::new()?;
+    let readiness = Readiness::listen()?;
     let mut simulators = Vec::new();
     for arguments in &plan.simulators {
-        simulators.push(Simulator::start(plan, arguments)?);
+        simulators.push(Simulator::start(plan, arguments, &readiness)?);
     }
-    let mut agent = Node::start(&plan.agent, &plan.agent_arguments)?;
-    let mut restarts = 0;
-    let outcome = loop {
-        let status = tokio::select! {
-            status = agent.wait() => status?,
-            given_up = any_given_up(&mut simulators) => {
-                let _ = agent.end().await;
-                break Err(given_up);
-            }
-            () = signals.any() => agent.end().await?,
-        };
-        // What an agent says to be an error would be one again.
-        let failed = status.code() == Some(PANIC) || status.signal() == Some(ABORT);
-        if !failed || restarts == MOST_RESTARTS {
-            break Ok(code(status));
-        }
-        restarts += 1;
-        eprintln!(
-            "evac: agent_node has failed; it is started again ({restarts} of at most {MOST_RESTARTS} times)"
-        );
-        let mut arguments = plan.agent_arguments.clone();
-        if plan.checkpoint.as_ref().is_some_and(|checkpoint| checkpoint.exists()) {
-            arguments.extend(["--ros-args", "-p", "resume:=true", "--"].map(str::to_owned));
-        }
-        agent = Node::start(&plan.agent, &arguments)?;
-    };
+    let outcome = run_agent(plan, &readiness, &mut simulators).await;
     for simulator in &simulators {
         simulator.node.terminate();
     }
@@ -153,6 +133,46 @@ pub async fn run(plan: &Plan) -> anyhow::Result<ExitCode> {
         let _ = simulator.node.end().await;
     }
     outcome
+}
+
+/// Runs the agent, as soon as the simulators are ready, and again if it fails.
+async fn run_agent(
+    plan: &Plan,
+    readiness: &Readiness,
+    simulators: &mut [Simulator<'_>],
+) -> anyhow::Result<ExitCode> {
+    let mut signals = Signals::new()?;
+    tokio::select! {
+        () = readiness.of(simulators.len()) => {}
+        given_up = any_given_up(simulators) => return Err(given_up),
+        () = signals.any() => return Ok(ExitCode::SUCCESS),
+    }
+    let mut arguments = plan.agent_arguments.clone();
+    for restarts in 0.. {
+        let mut agent = Node::start(&plan.agent, &arguments, readiness)?;
+        let status = tokio::select! {
+            status = agent.wait() => status?,
+            given_up = any_given_up(simulators) => {
+                let _ = agent.end().await;
+                return Err(given_up);
+            }
+            () = signals.any() => return Ok(code(agent.end().await?)),
+        };
+        // What an agent says to be an error would be one again.
+        let failed = status.code() == Some(PANIC) || status.signal() == Some(ABORT);
+        if !failed || restarts == MOST_RESTARTS {
+            return Ok(code(status));
+        }
+        let times = restarts + 1;
+        eprintln!(
+            "evac: agent_node has failed; it is started again ({times} of at most {MOST_RESTARTS} times)"
+        );
+        arguments.clone_from(&plan.agent_arguments);
+        if plan.checkpoint.as_ref().is_some_and(|checkpoint| checkpoint.exists()) {
+            arguments.extend(["--ros-args", "-p", "resume:=true", "--"].map(str::to_owned));
+        }
+    }
+    Ok(ExitCode::FAILURE)
 }
 
 /// Keeps them alive; returns once one of them is given up.

@@ -273,6 +273,17 @@ impl Node {
         self.follow_clock()
     }
 
+    /// Tells whoever has started the node, if they want to know, that it does its work from now on:
+    /// systemd, where it is a service of `Type=notify`, or another supervisor that sets
+    /// `NOTIFY_SOCKET` (sd_notify(3)).
+    pub fn tell_ready(&self) {
+        if let Err(error) = sd_notify::notify(&[sd_notify::NotifyState::Ready]) {
+            warn!(
+                "NOTIFY_SOCKET: who has started this node cannot be told that it is ready: {error}"
+            );
+        }
+    }
+
     /// ros2-client's node has a store of parameters of its own, which is nothing but the way to its
     /// publisher of `/parameter_events`.
     fn publish_parameter_events(&self) {

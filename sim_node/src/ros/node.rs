@@ -45,6 +45,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         session.episode_number()
     );
     publishers.publish_mount(&mount, &session);
+    node.tell_ready();
     let counters = Counters::reported_by(node.diagnostics());
     let mut room = Room::new(session, &publishers, &parameters, &deployment, counters);
     room.publish(first);
