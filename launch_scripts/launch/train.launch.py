@@ -12,7 +12,7 @@ from launch_ros.substitutions import FindPackageShare
 
 # Empty: as 'evac train' has it.
 OPTIONS = {
-    "scenario": "the room, or mixed: one of the eight, drawn for each episode",
+    "scenario": "the room, or mixed: one of all, drawn for each episode",
     "preset": "the hyperparameters: robust or paper",
     "episodes": "training episodes",
     "seed": "the run is a function of it",

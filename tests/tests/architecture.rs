@@ -83,3 +83,26 @@ fn learner_and_report_know_no_ros_and_the_runtime_not_this_project() {
     let files = String::from_utf8(grep.expect("grep runs").stdout).expect("Unicode");
     assert_eq!(files, "", "ros_runtime speaks of this project");
 }
+
+/// Paths in the pages for developers and users: `crates/task/src/image.rs`.
+#[test]
+fn every_path_in_the_docs_exists() {
+    let mut missing = Vec::new();
+    let docs = fs::read_dir(repository().join("docs")).expect("the docs");
+    let docs = docs.map(|entry| entry.expect("an entry").path());
+    let pages = ["README.md", "ARCHITECTURE.md"].map(|name| repository().join(name));
+    for page in docs.chain(pages).filter(|page| page.extension().is_some_and(|e| e == "md")) {
+        let text = fs::read_to_string(&page).expect("a page");
+        // What stands between the first and the second backtick, the third and the fourth, ...
+        for word in text.split('`').skip(1).step_by(2) {
+            let roots = ["agent_node/", "crates/", "docs/", "launch_scripts/", "msgs/", "patches/"];
+            let roots = [&roots[..], &["sim_node/", "tests/"]].concat();
+            let is_path = roots.iter().any(|root| word.starts_with(root))
+                && word.chars().all(|c| c.is_ascii_alphanumeric() || "/._-".contains(c));
+            if is_path && !repository().join(word).exists() {
+                missing.push(format!("{}: {word}", page.display()));
+            }
+        }
+    }
+    assert_eq!(missing, Vec::<String>::new());
+}

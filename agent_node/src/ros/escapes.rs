@@ -11,8 +11,8 @@ use report::{
 };
 use ros_runtime::parameters::{ParameterClient, ParameterValue};
 use task::{
-    Environment, Image,
-    seeds::{MIXED, Purpose, episode_scenario, episode_seed},
+    Environment, Image, Scenario,
+    seeds::{Purpose, episode_scenario, episode_seed},
 };
 
 use super::{common::Common, ground_truth::GroundTruth, policy_test::PolicyTest};
@@ -36,24 +36,26 @@ struct FixedRoom {
 }
 
 impl FixedRoom {
-    fn of(scenario: &str) -> FixedRoom {
+    fn of(scenario: Scenario) -> FixedRoom {
         let around = [[-0.8, -0.8, 0.0], [0.9, -0.7, 2.4], [-1.0, 0.1, -1.6]];
         let room = FixedRoom { exit: [1.0, 0.5], cylinders: &[], starts: around };
         match scenario {
+            Scenario::Empty => room,
             // Figure 7: the exit is behind the wall, and the robot within it.
-            "concave" => FixedRoom {
+            Scenario::Concave => FixedRoom {
                 exit: [1.0, 0.0],
                 starts: [[0.0, -0.05, -1.0], [-0.3, -0.2, 2.0], [0.25, -0.2, 0.5]],
                 ..room
             },
-            "one_cylinder" | "one_moving" => FixedRoom { cylinders: &[0.1, 0.1], ..room },
-            "two_cylinders" | "two_moving" => {
+            Scenario::OneCylinder | Scenario::OneMoving => {
+                FixedRoom { cylinders: &[0.1, 0.1], ..room }
+            }
+            Scenario::TwoCylinders | Scenario::TwoMoving => {
                 FixedRoom { cylinders: &[-0.35, 0.25, 0.4, -0.1], ..room }
             }
-            "three_cylinders" | "three_moving" => {
+            Scenario::ThreeCylinders | Scenario::ThreeMoving => {
                 FixedRoom { cylinders: &[-0.45, 0.3, 0.45, 0.35, 0.0, -0.45], ..room }
             }
-            _ => room,
         }
     }
 }
@@ -103,11 +105,13 @@ fn figures<'node>(
         };
         rooms.push(escape);
     }
-    let fixed = match plan.scenario.as_str() {
-        MIXED => Vec::new(),
-        scenario => recorder.fixed(scenario, parameters)?,
+    // None where each episode has a scenario of its own.
+    let scenario = plan.scenario.parse::<Scenario>().ok();
+    let fixed = match scenario {
+        None => Vec::new(),
+        Some(scenario) => recorder.fixed(scenario, parameters)?,
     };
-    let moves = plan.scenario.ends_with("_moving");
+    let moves = scenario.is_some_and(Scenario::moving);
     Ok(Some(EscapeFigures::draw(&rooms, &fixed, moves)))
 }
 
@@ -120,7 +124,7 @@ impl Recorder<'_, '_, '_> {
     /// Three escapes from one room; none, with a warning, where the room cannot be held fixed.
     fn fixed(
         &mut self,
-        scenario: &str,
+        scenario: Scenario,
         simulator: &ParameterClient,
     ) -> anyhow::Result<Vec<Escape>> {
         let node = self.test.room.node();
@@ -151,7 +155,7 @@ impl Recorder<'_, '_, '_> {
     /// simulator.
     fn record_starts(
         &mut self,
-        scenario: &str,
+        scenario: Scenario,
         set: impl Fn(&str, ParameterValue) -> bool,
     ) -> anyhow::Result<Vec<Escape>> {
         let FixedRoom { exit, cylinders, starts } = FixedRoom::of(scenario);
@@ -165,7 +169,7 @@ impl Recorder<'_, '_, '_> {
                 break;
             }
             let seed = episode_seed(Purpose::Test, self.test.plan.seed, episode);
-            escapes.extend(self.record(seed, scenario)?);
+            escapes.extend(self.record(seed, scenario.name())?);
         }
         Ok(escapes)
     }

@@ -121,7 +121,7 @@ impl TrainedModel {
 /// Declares `scenario`.
 pub(super) fn scenario(parameters: &Parameters, defaults: &Defaults) -> anyhow::Result<String> {
     let choices = Scenario::ALL.map(Scenario::name).into_iter().chain([MIXED]);
-    let description = "the scenario of every reset; mixed: one of the eight, drawn for each";
+    let description = "the scenario of every reset; mixed: one of all, drawn for each";
     let descriptor = Descriptor::read_only(description).choices(choices);
     let default = defaults.get("scenario", "empty".to_owned())?;
     Ok(parameters.declare("scenario", default, descriptor)?)

@@ -44,6 +44,7 @@ impl RayFan {
 
     /// The indices of the rays from the direction `right`, counter-clockwise, to just before the
     /// direction `left`.
+    #[inline(always)] // A fifth of the time of a picture with the concave wall.
     pub(super) fn between(
         &self,
         right: &Vector2<f64>,
