@@ -61,6 +61,13 @@ fn colcon_installs_corrected_nodes_and_builds_nothing_twice() {
         let version = String::from_utf8_lossy(&version.stdout).into_owned();
         assert!(version.trim().ends_with(RUSTDDS) && RUSTDDS.ends_with("(corrected)"), "{version}");
     }
+    let evac = install.join("evac_bringup/lib/evac_bringup/evac");
+    let prefixes = ["sim_node", "agent_node"].map(|name| install.join(name));
+    let prefixes = std::env::join_paths(prefixes).expect("paths without colons");
+    let mut help = Command::new(evac);
+    help.args(["train", "--help"]).env("AMENT_PREFIX_PATH", prefixes);
+    let help = help.output().expect("evac is installed").stdout;
+    assert!(String::from_utf8_lossy(&help).contains("--episodes"), "evac finds the nodes");
     let share = install.join("evac_bringup/share/evac_bringup");
     for file in ["launch/train.launch.py", "launch/drive.launch.py", "rviz/evac.rviz"] {
         assert!(share.join(file).exists(), "{file} is not installed");

@@ -288,23 +288,31 @@ fn the_pair_is_launched() {
     }
 }
 
-/// The agent that a launch has started, once there is one that is none of `others`.
+/// The agent that the `evac` of a launch has started, once there is one that is none of `others`.
 fn launched_agent(launch: &Child, others: &[String]) -> String {
     let end = Instant::now() + PATIENCE;
     loop {
-        let processes = fs::read_dir("/proc").expect("there are processes");
-        for process in processes.flatten().map(|process| process.path()) {
-            // Its number, its name in brackets, its state, and whose child it is.
-            let Ok(text) = fs::read_to_string(process.join("stat")) else { continue };
-            let Some((id, rest)) = text.split_once(" (agent_node) ") else { continue };
-            let is_launched = rest.split(' ').nth(1) == Some(launch.id().to_string().as_str());
-            if is_launched && !others.iter().any(|other| other == id) {
-                return id.to_owned();
+        for evac in children("evac", &launch.id().to_string()) {
+            let mut agents = children("agent_node", &evac).into_iter();
+            if let Some(agent) = agents.find(|agent| !others.contains(agent)) {
+                return agent;
             }
         }
         assert!(Instant::now() < end, "no agent is launched");
         std::thread::sleep(Duration::from_millis(50));
     }
+}
+
+/// The processes with this name that another one has started.
+fn children(name: &str, parent: &str) -> Vec<String> {
+    let processes = fs::read_dir("/proc").expect("there are processes");
+    // Its number, its name in brackets, its state, and whose child it is.
+    let found = processes.flatten().filter_map(|process| {
+        let text = fs::read_to_string(process.path().join("stat")).ok()?;
+        let (id, rest) = text.split_once(&format!(" ({name}) "))?;
+        (rest.split(' ').nth(1) == Some(parent)).then(|| id.to_owned())
+    });
+    found.collect()
 }
 
 #[test]

@@ -5,6 +5,7 @@
 pub mod network;
 mod nodes;
 mod outcome;
+pub mod reproduction;
 mod room;
 mod section;
 mod silent;

@@ -3,7 +3,6 @@
 //! short one of `README.md`. `evac reproduce` starts it.
 
 mod jobs;
-mod results;
 
 use std::{
     fs::{self, File},
@@ -14,9 +13,9 @@ use std::{
 
 use anyhow::{Context, bail};
 use clap::Parser;
-use experiments::repository;
+use experiments::{repository, reproduction::Reproduction};
 
-use self::{jobs::Job, results::Reproduction};
+use self::jobs::Job;
 
 /// Trains and tests everything that the results show; it takes hours. What was done when it is stopped
 /// is not done again.

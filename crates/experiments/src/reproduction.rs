@@ -4,7 +4,6 @@
 use std::{collections::BTreeMap, fs, path::Path};
 
 use anyhow::{Context, ensure};
-use experiments::replace_section;
 use learning::{run::Summary, settings::Preset};
 use report::{
     confidence::{Mean, wilson_interval},
@@ -12,6 +11,8 @@ use report::{
 };
 use serde::{Serialize, de::DeserializeOwned};
 use task::{Evaluation, Scenario, seeds::MIXED};
+
+use crate::replace_section;
 
 /// What the paper says of its own trainings, each of 1,000 episodes, in its
 /// sections 3.1, 3.2.1 and 3.2.2.
