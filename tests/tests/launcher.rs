@@ -48,6 +48,9 @@ fn what_is_wrong_is_told_before_anything_starts() {
         ),
         (&["train", "--step-duration", "0"], "'step_duration' is the number 0: expected"),
         (&["train", "--", "-p", "nonsense:=1"], "no parameter 'nonsense': this node has"),
+        // As `ros2 launch` ends them.
+        (&["train", "--episodes", "0", "--ros-args"], "'episodes' is the integer 0"),
+        (&["train", "--ros-args", "-p", "nonsense:=1"], "no parameter 'nonsense': this node has"),
         (&["drive"], "which model? give --model DIR"),
         (&["evaluate", "--model", "/nowhere"], "no trained model in /nowhere"),
     ] {

@@ -24,6 +24,11 @@ const AGENT: &str = "Parameters of the agent";
 
 /// Does what a command line says.
 pub fn run(arguments: impl Iterator<Item = OsString>) -> anyhow::Result<ExitCode> {
+    // `ros2 launch` ends the arguments of every node with this.
+    let mut arguments: Vec<OsString> = arguments.collect();
+    if let Some(end) = arguments.iter_mut().find(|item| *item == "--ros-args" || *item == "--") {
+        *end = "--".into();
+    }
     let matches = command_line()?.get_matches_from(arguments);
     match matches.subcommand() {
         Some(("train", matches)) => train::run(matches),
