@@ -4,7 +4,7 @@
 #   launch_scripts/drive.sh --help
 
 set -euo pipefail
-# A robot is elsewhere in the network, unless somebody says otherwise.
+# A robot is elsewhere in the network, unless the variable says otherwise.
 if [[ " $* " == *" --robot "* ]]; then
     export ROS_AUTOMATIC_DISCOVERY_RANGE="${ROS_AUTOMATIC_DISCOVERY_RANGE:-SUBNET}"
 fi

@@ -1,4 +1,4 @@
-//! `evac` as somebody starts it, and what is left when it is killed.
+//! `evac` as a process, and what is left when it is killed.
 
 use std::{
     fs,
@@ -23,7 +23,7 @@ pub enum Kill {
 }
 
 /// Kills `evac` in the middle of a training again and again; each time no process may be left, and the
-/// training must go on. It ends as one that nobody has disturbed.
+/// training must go on. Its result is that of an undisturbed one.
 pub fn assert_leaves_nothing(kill: Kill, rounds: u32) {
     const EPISODES: u32 = 8;
     let nodes = Nodes::new();

@@ -265,7 +265,7 @@ fn an_agent_whose_episode_is_replaced_stops_with_an_error() {
     let status = nodes.wait("agent_node", PATIENCE);
     assert_eq!(status.code(), Some(1));
     let log = nodes.log("agent_node");
-    assert!(log.contains("somebody else has taken over the room"), "{log}");
+    assert!(log.contains("another client has taken over the simulator"), "{log}");
     assert!(out.join("checkpoint.safetensors").exists(), "what was learnt is saved");
 }
 

@@ -1,4 +1,4 @@
-//! What an agent says of its decisions, for whoever watches.
+//! Publishes the decisions of an agent whose actions are executed by service.
 
 use std::sync::Arc;
 

@@ -46,10 +46,8 @@ impl CommonParameters {
         let deadline = parameters.declare(
             "simulator_timeout",
             120.0,
-            Descriptor::read_only(
-                "how long the simulator may be silent, in seconds, before the agent gives up; 0: for ever",
-            )
-            .range(0.0..=1e6),
+            Descriptor::read_only("timeout of a call to the simulator, in seconds; 0: none")
+                .range(0.0..=1e6),
         )?;
         let default = name_in(namespace, "sim_node");
         let simulator = declare(parameters, "simulator", default, "the simulator's node")?;
@@ -108,7 +106,7 @@ impl TestParameters {
         least: u64,
     ) -> anyhow::Result<TestParameters> {
         let episodes_are = "greedy test episodes";
-        // Every model is tested in the same rooms, unless somebody says otherwise.
+        // The default seed is the same for every model, so that all are evaluated in the same rooms.
         let seed_is = "the seed of the test; its episodes are never those of a training";
         let steps_are = "steps after which a test episode counts as a failure";
         Ok(TestParameters {

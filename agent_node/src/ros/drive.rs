@@ -70,7 +70,7 @@ impl Options {
         let image_timeout = parameters.declare(
             "image_timeout",
             2.0,
-            Descriptor::read_only("after so many seconds without an image the node says so")
+            Descriptor::read_only("warn after this time without an image, in seconds")
                 .range(0.001..=3600.0),
         )?;
         parameters.refuse_undeclared()?;

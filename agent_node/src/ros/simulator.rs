@@ -138,7 +138,7 @@ impl Environment for Simulator<'_> {
         Ok(self.connection.step.send(request))
     }
 
-    /// Asks until the step is done, whatever happens to the simulator meanwhile.
+    /// Returns the completed step, after repeating the episode if the simulator was restarted.
     fn finish_step(&mut self, pending: Call<StepService>) -> Result<Step, SimulatorError> {
         let mut pending = pending;
         loop {

@@ -13,8 +13,8 @@ pub enum SimulatorError {
     /// The program ends.
     #[error("the node is shutting down")]
     Shutdown,
-    /// Somebody else has begun another episode in the same room.
-    #[error("somebody else has taken over the room: {0}")]
+    /// Another client has reset the simulator.
+    #[error("another client has taken over the simulator: {0}")]
     TakenOver(String),
     /// The simulator refuses what it is asked.
     #[error("the simulator refuses: {0}")]

@@ -51,7 +51,7 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
 
     let preset = options.preset;
     let (directory, mut training) = options.begin()?;
-    // Under the nodes' own names, whatever they were remapped to.
+    // Under the nodes' default names, also if they are remapped.
     let mut config = BTreeMap::from([("agent_node".to_owned(), node.parameters().values())]);
     directory.write_config(&config)?;
 
@@ -214,7 +214,7 @@ fn run(
     }
 }
 
-/// Saves what was learned, whatever the training has ended by. Returns whether it is complete.
+/// Saves the training, also after an error. Returns whether it is complete.
 fn save(
     outcome: Result<(), TrainingError<SimulatorError>>,
     training: &Training,

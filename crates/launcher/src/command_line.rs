@@ -5,7 +5,7 @@ use serde_json::Value;
 
 use crate::parameters::{Parameter, Parameters, assignment};
 
-/// Parameters that every node has, and that nobody gives as an option.
+/// Parameters that every node has and that are not offered as options.
 const HIDDEN: [&str; 2] = ["start_type_description_service", "use_sim_time"];
 
 /// Adds an option for each parameter that has none yet; `heading` is what `--help` shows them under.

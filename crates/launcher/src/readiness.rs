@@ -1,4 +1,4 @@
-//! When a node is ready: it says so as services do to systemd (sd_notify(3)).
+//! Readiness of nodes, reported by the protocol of systemd services (sd_notify(3)).
 
 use std::{
     ffi::OsStr,
@@ -9,10 +9,10 @@ use std::{
 use tempfile::TempDir;
 use tokio::{net::UnixDatagram, sync::watch};
 
-/// Where nodes say that they are ready.
+/// The socket on which nodes report that they are ready.
 pub struct Readiness {
     path: PathBuf,
-    /// How many have said so.
+    /// The number of nodes that are ready.
     ready: watch::Receiver<usize>,
     _directory: TempDir,
 }
@@ -21,8 +21,7 @@ impl Readiness {
     /// The variable that tells a node the path of the socket.
     pub const VARIABLE: &str = "NOTIFY_SOCKET";
 
-    /// Listens from now on; what is sent is read whether anybody waits for it or not, because a
-    /// node would wait for a socket that is full.
+    /// Opens the socket. Messages are read at once, because a node would block on a full socket.
     pub fn listen() -> io::Result<Readiness> {
         let directory = tempfile::tempdir()?;
         let path = directory.path().join("ready");
@@ -45,7 +44,7 @@ impl Readiness {
         Path::as_os_str(&self.path)
     }
 
-    /// Waits until so many nodes have said that they are ready.
+    /// Waits until this number of nodes is ready.
     pub async fn of(&self, nodes: usize) {
         // The sender lives as long as the runtime.
         let _ = self.ready.clone().wait_for(|count| *count >= nodes).await;

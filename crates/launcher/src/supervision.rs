@@ -20,7 +20,7 @@ use crate::{children::Node, readiness::Readiness};
 const PAUSE: Duration = Duration::from_secs(1);
 /// One that ends sooner after its start than this has failed to start.
 const SHORT_LIFE: Duration = Duration::from_secs(10);
-/// After so many failures to start in a row it is given up.
+/// The number of consecutive failures to start after which it is given up.
 const MOST_FAILURES: u32 = 10;
 /// How often an agent that has failed is started again.
 const MOST_RESTARTS: u32 = 3;

@@ -21,8 +21,8 @@ pub struct Valuation {
 }
 
 impl Valuation {
-    /// For networks of this form, which see so many images, and so many states at once; `mirror` says
-    /// whether they have learnt in the mirror, too.
+    /// For networks of this form with `frames` stacked images, and at most `states` states at once. With
+    /// `mirror` the values are the mean over the state and its mirror image.
     pub fn new(network: &Perceptron, frames: usize, mirror: bool, states: usize) -> Valuation {
         let views = &BOTH[..if mirror { 2 } else { 1 }];
         let activations = network.activations(states * views.len());

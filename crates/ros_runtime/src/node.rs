@@ -14,10 +14,7 @@ use ros_interfaces::{
     type_description_interfaces::GetTypeDescription,
 };
 pub use ros2_client::Subscription;
-use ros2_client::{
-    Context, Message, Name, NodeName, NodeOptions, Server, ServiceTypeName, parameters::raw,
-    qos::QosProfile,
-};
+use ros2_client::{Context, Name, NodeName, NodeOptions, qos::QosProfile};
 use tokio::runtime::Runtime;
 
 use crate::{
@@ -32,7 +29,6 @@ use crate::{
     names::Naming,
     node_error::endpoint,
     parameters::{ParameterServices, Parameters},
-    qos::services,
     rmw::Rmw,
     server::ServiceServer,
     service::{ServiceClient, create_client},
@@ -252,13 +248,12 @@ impl Node {
     /// should. Call it when every parameter is declared.
     pub fn start_services(&mut self) -> Result<(), NodeError> {
         let services = ParameterServices {
-            get: self.parameter_server("GetParameters", "get_parameters")?,
-            get_types: self.parameter_server("GetParameterTypes", "get_parameter_types")?,
-            list: self.parameter_server("ListParameters", "list_parameters")?,
-            describe: self.parameter_server("DescribeParameters", "describe_parameters")?,
-            set: self.parameter_server("SetParameters", "set_parameters")?,
-            set_atomically: self
-                .parameter_server("SetParametersAtomically", "set_parameters_atomically")?,
+            get: self.create_server("~/get_parameters")?,
+            get_types: self.create_server("~/get_parameter_types")?,
+            list: self.create_server("~/list_parameters")?,
+            describe: self.create_server("~/describe_parameters")?,
+            set: self.create_server("~/set_parameters")?,
+            set_atomically: self.create_server("~/set_parameters_atomically")?,
         };
         self.runtime.spawn(services.serve(self.parameters.clone()));
         if self.types.are_served() {
@@ -273,14 +268,11 @@ impl Node {
         self.follow_clock()
     }
 
-    /// Tells whoever has started the node, if they want to know, that it does its work from now on:
-    /// systemd, where it is a service of `Type=notify`, or another supervisor that sets
-    /// `NOTIFY_SOCKET` (sd_notify(3)).
+    /// Reports readiness to the supervisor, if it sets `NOTIFY_SOCKET` (sd_notify(3)): systemd does for a
+    /// service of `Type=notify`.
     pub fn tell_ready(&self) {
         if let Err(error) = sd_notify::notify(&[sd_notify::NotifyState::Ready]) {
-            warn!(
-                "NOTIFY_SOCKET: who has started this node cannot be told that it is ready: {error}"
-            );
+            warn!("NOTIFY_SOCKET: cannot report readiness to the supervisor: {error}");
         }
     }
 
@@ -302,8 +294,7 @@ impl Node {
                 if !declared.insert(name.clone()) && *readers.borrow() == 0 {
                     continue;
                 }
-                let value = raw::ParameterValue::from(value).into();
-                if let Err(reason) = node.lock().set_parameter(&name, value) {
+                if let Err(reason) = node.lock().set_parameter(&name, value.into()) {
                     warn!("/parameter_events: the change of {name} is not told: {reason}");
                 }
             }
@@ -319,25 +310,6 @@ impl Node {
             move || node.lock().create_subscription(&topic, None).map_err(|e| e.to_string());
         self.runtime.spawn(self.clock.clone().follow(subscribe));
         Ok(())
-    }
-
-    fn parameter_server<Request, Response>(
-        &mut self,
-        service_type: &str,
-        name: &str,
-    ) -> Result<Server<Request, Response>, NodeError>
-    where
-        Request: Message + Clone + 'static,
-        Response: Message + 'static,
-    {
-        let name = self.naming.resolve(&format!("~/{name}"))?;
-        let dds_name = Name::parse(&name).map_err(endpoint(&name))?;
-        self.types.add(&format!("rcl_interfaces/srv/{service_type}"));
-        let service_type = ServiceTypeName::new("rcl_interfaces", service_type);
-        let mapping = self.node.mapping;
-        self.node()
-            .create_server(mapping, &dds_name, &service_type, services(), services())
-            .map_err(endpoint(&name))
     }
 
     fn node(&self) -> MutexGuard<'_, ros2_client::Node> {

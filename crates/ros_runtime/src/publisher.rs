@@ -1,4 +1,4 @@
-//! Publishers that know whether anybody reads, so that nothing is serialised for nobody.
+//! Publishers that serialise a message only if it has subscribers.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -16,13 +16,13 @@ use crate::{
     shared_node::SharedNode,
 };
 
-/// A publisher that does nothing while nobody reads.
+/// A publisher that does nothing without subscribers.
 pub struct Publisher<M: RosMessage> {
     name: String,
     publisher: ros2_client::Publisher<M>,
     readers: watch::Receiver<usize>,
     graph: Graph,
-    /// How many messages nobody has got, because a reader was too slow.
+    /// The number of messages that were dropped because a subscriber was too slow.
     unsent: AtomicU64,
 }
 
@@ -39,25 +39,26 @@ impl<M: RosMessage> Publisher<M> {
         Ok(Publisher { name, publisher, readers, graph, unsent })
     }
 
-    /// Whether anybody reads the topic now.
+    /// Whether the topic has subscribers now.
     pub fn has_readers(&self) -> bool {
         *self.readers.borrow() > 0
     }
 
-    /// Whether anybody else reads the topic than the nodes that serve a service.
+    /// Whether the topic has subscribers besides the nodes that serve a service.
     pub fn has_readers_besides<S: RosService>(&self, servers: &ServiceClient<S>) -> bool {
         let guid = self.publisher.guid();
         self.has_readers() && self.graph.matches_besides(guid, &servers.request_topic)
     }
 
-    /// Publishes the message that the function makes; it is not made if nobody reads.
+    /// Publishes the message that the function returns; it is not called without subscribers.
     pub fn publish_with(&self, message: impl FnOnce() -> M) {
         if self.has_readers() {
             self.publish(message());
         }
     }
 
-    /// Publishes a message even if nobody reads: where it is [`latched`](crate::qos::latched), somebody will.
+    /// Publishes a message also without subscribers: a [`latched`](crate::qos::latched) one is sent to those
+    /// that come later.
     pub fn publish(&self, message: M) {
         match self.publisher.publish(message) {
             Ok(()) => {}
@@ -76,11 +77,11 @@ impl<M: RosMessage> Publisher<M> {
 
 /// A publisher of a state, of which every reader gets the latest, however late it comes.
 ///
-/// The topic is transient local with a depth of 1, but RustDDS does not go by that depth: while
-/// nobody reads it keeps the last 8,192 samples, otherwise all those of the last six seconds, and
-/// a late reader gets every one of them, the oldest first. So nothing is written while nobody reads,
-/// the owner publishes the state for those who come ([`LatchedPublisher::arrivals`]), and when the
-/// last reader has left, a new writer takes the place of the old one and of what it has kept.
+/// The topic is transient local with a depth of 1, but RustDDS ignores that depth: without readers it
+/// keeps the last 8,192 samples, otherwise all those of the last six seconds, and a late reader gets
+/// every one of them, the oldest first. So nothing is written without readers, the owner publishes the
+/// state when a reader arrives ([`LatchedPublisher::arrivals`]), and when the last reader has left, the
+/// writer is replaced, and with it what it has kept.
 pub struct LatchedPublisher<M: RosMessage> {
     publisher: Mutex<Publisher<M>>,
     node: SharedNode,
@@ -98,17 +99,17 @@ impl<M: RosMessage> LatchedPublisher<M> {
         Ok(LatchedPublisher { publisher, node: node.clone(), topic })
     }
 
-    /// Whether anybody reads the topic now.
+    /// Whether the topic has subscribers now.
     pub fn has_readers(&self) -> bool {
         self.publisher().has_readers()
     }
 
-    /// Publishes the message that the function makes; it is not made if nobody reads.
+    /// Publishes the message that the function returns; it is not called without subscribers.
     pub fn publish_with(&self, message: impl FnOnce() -> M) {
         self.publisher().publish_with(message);
     }
 
-    /// An item whenever somebody may have come who does not know the state yet: publish it.
+    /// Yields an item whenever a new subscriber may lack the state: publish it.
     pub fn arrivals(&self) -> impl Stream<Item = ()> {
         stream::unfold(None, |known: Option<watch::Receiver<usize>>| async {
             let mut readers = match known {

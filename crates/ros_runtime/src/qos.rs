@@ -10,18 +10,18 @@ pub fn reliable(depth: usize) -> QosProfile {
         .reliability_reliable(WhenFull::Fail)
 }
 
-/// Best effort, volatile, the last `depth` samples: for what is soon followed by something newer, so
-/// that nobody need wait for what was lost. Such a subscription hears reliable publishers, too.
+/// Best effort, volatile, the last `depth` samples: for samples that are soon followed by newer ones. Such
+/// a subscription is compatible with reliable publishers.
 pub fn best_effort(depth: usize) -> QosProfile {
     QosProfile::subscription_default()
         .history(History::KeepLast { depth })
         .reliability_best_effort()
 }
 
-/// Reliable and transient local: whoever comes late gets the last `depth` samples.
+/// Reliable and transient local: a late subscriber gets the last `depth` samples.
 ///
-/// For a topic with more than one message see [`Node::create_latched_publisher`](crate::Node::create_latched_publisher), because RustDDS
-/// keeps and sends more samples than that.
+/// RustDDS keeps and sends more samples than that: for a topic with more than one message use
+/// [`Node::create_latched_publisher`](crate::Node::create_latched_publisher).
 pub fn latched(depth: usize) -> QosProfile {
     reliable(depth).durability(Durability::TransientLocal)
 }

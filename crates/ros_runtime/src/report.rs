@@ -6,11 +6,11 @@ pub enum Level {
     /// All is well.
     #[default]
     Ok,
-    /// Somebody should look.
+    /// It works, but needs attention.
     Warn,
     /// It does not work.
     Error,
-    /// Nothing was heard of it for a while.
+    /// There was no update for a while.
     Stale,
 }
 

@@ -125,7 +125,7 @@ mod tests {
     fn answer(name: &str, hash: &str, include_type_sources: bool) -> Result<Response, String> {
         let (are_served, descriptions) = (true, Arc::default());
         let types = Types { are_served, interfaces: Arc::new(interfaces()), descriptions };
-        for name in ["std_msgs/msg/Header", "my_msgs/srv/Move", "nobody/msg/Knows"] {
+        for name in ["std_msgs/msg/Header", "my_msgs/srv/Move", "other_msgs/msg/Unknown"] {
             types.add(name);
         }
         let (type_name, type_hash) = (name.to_owned(), hash.to_owned());
@@ -151,7 +151,9 @@ mod tests {
             let expected = format!("typehash={};", hash(name)).into_bytes();
             assert_eq!(user_data(&interfaces(), dds_type), expected, "{dds_type}");
         }
-        for unknown in ["", "Image", "nobody::msg::dds_::Knows_", "sensor_msgs::msg::dds_::Image"] {
+        for unknown in
+            ["", "Image", "other_msgs::msg::dds_::Unknown_", "sensor_msgs::msg::dds_::Image"]
+        {
             assert_eq!(user_data(&interfaces(), unknown), b"", "{unknown}");
         }
     }

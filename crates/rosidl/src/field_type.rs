@@ -16,7 +16,7 @@ pub struct FieldType {
 pub enum Element {
     /// A number, a truth value or a byte.
     Primitive(Primitive),
-    /// Text, of at most so many characters if it is bounded.
+    /// Text with an optional maximum number of characters.
     Text {
         /// The bound.
         bound: Option<u64>,

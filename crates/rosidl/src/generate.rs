@@ -56,8 +56,8 @@ impl Generator {
         Generator { traits: traits.to_owned(), ..Generator::default() }
     }
 
-    /// Writes a package, whose directory holds `msg/` or `srv/` or both. `module` is the Rust path that
-    /// the text will be included at.
+    /// Adds a package to write. `directory` holds `msg/` or `srv/` or both, and `module` is the Rust path
+    /// that the text will be included at.
     ///
     /// # Errors
     ///
@@ -68,13 +68,12 @@ impl Generator {
         directory: &Path,
         module: &str,
     ) -> Result<Generator, GenerateError> {
-        let files = read_package(name, directory)?;
-        self.add(&files, module);
+        let files = self.read(name, directory, module)?;
         self.files.extend(files);
         Ok(self)
     }
 
-    /// Knows a package whose types another crate has, at this Rust path.
+    /// Adds a package whose types are in another crate, at the Rust path `module`.
     ///
     /// # Errors
     ///
@@ -85,18 +84,25 @@ impl Generator {
         directory: &Path,
         module: &str,
     ) -> Result<Generator, GenerateError> {
-        let files = read_package(name, directory)?;
-        self.add(&files, module);
+        self.read(name, directory, module)?;
         Ok(self)
     }
 
-    fn add(&mut self, files: &[File], module: &str) {
+    /// Reads a package and notes the Rust paths of its messages.
+    fn read(
+        &mut self,
+        name: &str,
+        directory: &Path,
+        module: &str,
+    ) -> Result<Vec<File>, GenerateError> {
+        let files = read_package(name, directory)?;
         for file in files.iter().filter(|file| !file.is_service()) {
             for part in &file.parts {
                 let path = format!("{module}::{}", file.name);
                 self.types.insert(file.full_name(), path, part.fields.clone());
             }
         }
+        Ok(files)
     }
 
     /// Writes the types of all packages, and `DEFINITIONS`, the full names and texts of their

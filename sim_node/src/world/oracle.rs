@@ -11,8 +11,8 @@ use super::World;
 use super::exit::{EXIT_DEPTH, EXIT_WIDTH, Exit};
 use super::robot::{FOOTPRINT_SIDE, Footprint};
 
-/// After so many places there is taken to be no way out. In 100,000 random layouts of each scenario the
-/// longest path has 23 steps.
+/// The maximum number of places that are expanded; beyond it there is no path. In 100,000 random layouts
+/// of each scenario the longest path has 23 steps.
 const MOST_PLACES: u32 = 2_000_000;
 
 /// The fewest steps in which the robot can escape from where it is now; 0 once it has escaped.

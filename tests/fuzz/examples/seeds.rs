@@ -7,10 +7,7 @@ use evac_msgs::{ActionCommand, reset, step};
 use ros_interfaces::{sensor_msgs::Image};
 use learning::{checkpoint::model_bytes, run::RunDirectory, training::Training};
 use ros_runtime::parameters::ParameterValue;
-use ros2_client::{
-    parameters::raw::{Parameter, ParameterValue as Message},
-    rcl_interfaces::SetParametersRequest,
-};
+use ros_interfaces::rcl_interfaces::{Parameter, ParameterValue as Message, set_parameters};
 use rustdds::{RepresentationIdentifier, serialization::to_writer_with_rep_id};
 use serde::Serialize;
 
@@ -48,7 +45,7 @@ fn main() {
     let line = "-p\nscenario:=concave\n-p\nfixed_exit:=[2.0, 0.5]\n-r\n__ns:=/robot1";
     let value = Message::from(ParameterValue::DoubleArray(vec![0.1, 0.2]));
     let changes = vec![Parameter { name: "fixed_cylinders".to_owned(), value }];
-    let set = encoded(&SetParametersRequest { parameter: changes });
+    let set = encoded(&set_parameters::Request { parameters: changes });
     write("parameters", "both", &[&[line.len() as u8], line.as_bytes(), &set].concat());
 
     let yaml = "/**:\n  ros__parameters: {seed: 3}\nrobot1:\n  one: {two: {sim_node: \

@@ -3,12 +3,12 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
+use ros_interfaces::rcl_interfaces::set_parameters;
 use ros_runtime::{
     Arguments,
     names::Naming,
     parameters::{Descriptor, ParameterValue, Parameters},
 };
-use ros2_client::rcl_interfaces::SetParametersRequest;
 use rustdds::{RepresentationIdentifier, serialization::deserialize_from_cdr_with_rep_id};
 
 fuzz_target!(|data: &[u8]| {
@@ -17,7 +17,7 @@ fuzz_target!(|data: &[u8]| {
     };
     let (line, request) = data.split_at(data.len().min(usize::from(*length)));
     let line = String::from_utf8_lossy(line);
-    // As a shell would take it apart, an argument a line; a file would be somebody's own.
+    // As a shell would take it apart, an argument a line; a file would be outside of the target.
     let items = line.lines().filter(|item| !item.contains("--params-file"));
     let items = ["sim_node", "--ros-args"].into_iter().chain(items).map(str::to_owned);
     let Ok(arguments) = Arguments::parse(items) else {
@@ -33,12 +33,12 @@ fuzz_target!(|data: &[u8]| {
     let _ = sim_node::ros::declare_room(&parameters);
     let _ = parameters.declare("anything", vec![String::new()], Descriptor::dynamic(""));
     let _ = parameters.refuse_undeclared();
-    let request = deserialize_from_cdr_with_rep_id::<SetParametersRequest>(
+    let request = deserialize_from_cdr_with_rep_id::<set_parameters::Request>(
         request,
         RepresentationIdentifier::CDR_LE,
     );
     if let Ok((request, _)) = request {
-        for change in request.parameter {
+        for change in request.parameters {
             if let Some(value) = ParameterValue::from_message(&change.value) {
                 if let Err(error) = parameters.set(&change.name, value) {
                     assert!(!error.to_string().is_empty());

@@ -1,29 +1,21 @@
 //! `evac drive`: a trained model drives, as on a robot.
 
-use std::process::ExitCode;
+use std::{path::Path, process::ExitCode};
 
 use anyhow::bail;
 use clap::{Arg, ArgAction, ArgMatches, Command};
 
-use super::{
-    AGENT, SIMULATOR, agent_arguments, check_model, parameters_of, ros_arguments,
-    simulator_arguments, supervise,
-};
-use crate::{
-    command_line::{given, with_parameters},
-    parameters::Parameters,
-    programs,
-    supervision::Plan,
-};
+use super::{check_model, nodes::Nodes, supervise};
+use crate::{parameters::Parameters, supervision::Plan};
 
-/// What a simulator in a robot's place does unless it is told otherwise.
+/// What the simulator does in a robot's place unless it is told otherwise.
 const IN_REAL_TIME: [(&str, &str); 3] =
     [("frame_rate", "20.0"), ("motion_time", "0.1"), ("auto_reset", "true")];
-/// By it the agent waits for the next image after one that it has answered.
+/// How long the agent waits for the next image after one that it has answered, unless told otherwise.
 const SETTLE_TIME: (&str, &str) = ("settle_time", "0.2");
 
-pub fn command() -> anyhow::Result<Command> {
-    let command = Command::new("drive")
+pub fn command() -> Command {
+    Command::new("drive")
         .about(
             "Drive with a trained model as on a robot: the agent hears only camera/image and says only \
              action. A simulator takes the robot's place, unless there is one",
@@ -38,44 +30,37 @@ pub fn command() -> anyhow::Result<Command> {
                 .action(ArgAction::SetTrue)
                 .help("There is a robot: start no simulator"),
         )
-        .arg(ros_arguments());
-    let agent = parameters_of(&programs::find("agent_node")?, "drive")?;
-    let simulator = Parameters::of(&programs::find("sim_node")?, None, &[])?;
-    let command = with_parameters(command, &agent, AGENT);
-    Ok(with_parameters(command, &simulator, SIMULATOR))
 }
 
-pub fn run(matches: &ArgMatches) -> anyhow::Result<ExitCode> {
-    let (agent, simulator) = (programs::find("agent_node")?, programs::find("sim_node")?);
-    let options = parameters_of(&agent, "drive")?;
+pub fn run(matches: &ArgMatches, nodes: &Nodes) -> anyhow::Result<ExitCode> {
+    // Before the node reads the model for its parameters.
     if let Some(model) = matches.get_one::<String>("model") {
         check_model(model)?;
     }
-    let mut given_options = defaults(matches, &[SETTLE_TIME]);
-    given_options.extend(given(matches, &options, None));
-    let mut agent_arguments = agent_arguments(matches, given_options);
-    let parameters = Parameters::of(&agent, Some("drive"), &agent_arguments)?;
+    let (agent_arguments, parameters) =
+        nodes.agent_arguments(matches, defaults(matches, &[SETTLE_TIME]))?;
     let model = parameters.text("model");
     check_model(model)?;
-    let own = given(matches, &Parameters::of(&simulator, None, &[])?, Some(&options));
+    let given = nodes.simulator_options(matches);
     let simulators = match matches.get_flag("robot") {
-        true if own.is_empty() => Vec::new(),
-        true => bail!("with --robot there is no simulator that could be told {}", own[1]),
+        true if given.is_empty() => Vec::new(),
+        true => bail!("with --robot there is no simulator that could be told {}", given[1]),
         false => {
-            let mut arguments = defaults(matches, &IN_REAL_TIME);
+            let mut options = defaults(matches, &IN_REAL_TIME);
             if matches.get_one::<String>("scenario").is_none() {
-                arguments.extend(scenario_of(&agent, model)?);
+                options.extend(scenario_of(&nodes.agent, model)?);
             }
-            arguments.extend(own);
-            vec![simulator_arguments("", &arguments)]
+            options.extend(given);
+            vec![nodes.simulator_arguments("", &options)?]
         }
     };
-    for arguments in &simulators {
-        Parameters::of(&simulator, None, arguments)?;
-    }
-    let mut arguments = vec!["drive".to_owned()];
-    arguments.append(&mut agent_arguments);
-    supervise(&Plan { simulators, simulator, agent, agent_arguments: arguments, checkpoint: None })
+    supervise(&Plan {
+        simulator: nodes.simulator.clone(),
+        simulators,
+        agent: nodes.agent.clone(),
+        agent_arguments: ["drive".to_owned()].into_iter().chain(agent_arguments).collect(),
+        checkpoint: None,
+    })
 }
 
 /// `-p NAME:=VALUE` of what is not given as an option.
@@ -85,7 +70,7 @@ fn defaults(matches: &ArgMatches, values: &[(&str, &str)]) -> Vec<String> {
 }
 
 /// The scenario that a model was trained in, for a simulator.
-fn scenario_of(agent: &std::path::Path, model: &str) -> anyhow::Result<Vec<String>> {
+fn scenario_of(agent: &Path, model: &str) -> anyhow::Result<Vec<String>> {
     let arguments = ["--ros-args", "-p", &format!("model:='{}'", model.replace('\'', "''"))];
     let arguments = arguments.map(str::to_owned);
     let parameters = Parameters::of(agent, Some("evaluate"), &arguments)?;

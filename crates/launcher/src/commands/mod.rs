@@ -4,23 +4,20 @@ mod drive;
 mod evaluate;
 mod experiment;
 mod fewest_steps;
+mod nodes;
 mod train;
 
 use std::{ffi::OsString, io, path::Path, process::ExitCode};
 
 use anyhow::bail;
-use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
+use clap::{Arg, ArgMatches, Command, value_parser};
 use clap_complete::{Shell, generate};
 
-use crate::{
-    parameters::Parameters,
-    supervision::{self, Plan},
-};
+use self::nodes::Nodes;
+use crate::supervision::{self, Plan};
 
-/// The option of `train` and `evaluate` that is no parameter: how many simulators there are is one, of
-/// the agent.
-const SIMULATOR: &str = "Parameters of the simulator";
-const AGENT: &str = "Parameters of the agent";
+/// The commands that start nodes, and whose options are the parameters of these.
+const NODE_COMMANDS: [&str; 3] = ["train", "evaluate", "drive"];
 
 /// Does what a command line says.
 pub fn run(arguments: impl Iterator<Item = OsString>) -> anyhow::Result<ExitCode> {
@@ -29,66 +26,49 @@ pub fn run(arguments: impl Iterator<Item = OsString>) -> anyhow::Result<ExitCode
     if let Some(end) = arguments.iter_mut().find(|item| *item == "--ros-args" || *item == "--") {
         *end = "--".into();
     }
-    let matches = command_line()?.get_matches_from(arguments);
-    match matches.subcommand() {
-        Some(("train", matches)) => train::run(matches),
-        Some(("evaluate", matches)) => evaluate::run(matches),
-        Some(("drive", matches)) => drive::run(matches),
-        Some(("completions", matches)) => {
-            let shell = *matches.get_one::<Shell>("shell").unwrap_or(&Shell::Bash);
-            generate(shell, &mut command_line()?, "evac", &mut io::stdout());
-            Ok(ExitCode::SUCCESS)
-        }
-        Some((name, matches)) => experiment::run(name, matches),
-        None => bail!("a command is missing: see --help"),
+    // Only the nodes of the command are asked for their parameters.
+    let is_chosen = |name: &&str| arguments.get(1).is_some_and(|command| command == *name);
+    let nodes = NODE_COMMANDS.into_iter().find(is_chosen).map(Nodes::of).transpose()?;
+    let options = |command: Command| match &nodes {
+        Some(nodes) if command.get_name() == nodes.command() => nodes.add_options(command),
+        _ => command,
+    };
+    let matches = command_line(options).get_matches_from(&arguments);
+    match (matches.subcommand(), &nodes) {
+        (Some(("train", matches)), Some(nodes)) => train::run(matches, nodes),
+        (Some(("evaluate", matches)), Some(nodes)) => evaluate::run(matches, nodes),
+        (Some(("drive", matches)), Some(nodes)) => drive::run(matches, nodes),
+        (Some(("completions", matches)), _) => print_completions(matches),
+        (Some((name, matches)), _) => experiment::run(name, matches),
+        (None, _) => bail!("a command is missing: see --help"),
     }
 }
 
-fn command_line() -> anyhow::Result<Command> {
+/// All commands; `options` adds those options that are parameters of nodes.
+fn command_line(options: impl Fn(Command) -> Command) -> Command {
     let completions = Command::new("completions")
         .about("Print the completions of a shell: source <(evac completions bash)")
         .arg(Arg::new("shell").required(true).value_parser(value_parser!(Shell)));
-    Ok(Command::new("evac")
+    Command::new("evac")
         .about("Starts the nodes of Evac, watches them, and ends them")
         .version(env!("CARGO_PKG_VERSION"))
         .subcommand_required(true)
-        .subcommand(train::command()?)
-        .subcommand(evaluate::command()?)
-        .subcommand(drive::command()?)
+        .subcommands([train::command(), evaluate::command(), drive::command()].map(options))
         .subcommands(experiment::commands())
-        .subcommand(completions))
+        .subcommand(completions)
 }
 
-/// What else a node is told: `-- --ros-args -p learning_rate:=0.001`.
-fn ros_arguments() -> Arg {
-    Arg::new("ros")
-        .help("ROS arguments of the agent, after --")
-        .value_name("ROS ARGUMENTS")
-        .num_args(0..)
-        .last(true)
-        .action(ArgAction::Append)
-}
-
-/// The ROS arguments of the agent: the options, then what stands after `--`.
-fn agent_arguments(matches: &ArgMatches, options: Vec<String>) -> Vec<String> {
-    let mut arguments = vec!["--ros-args".to_owned()];
-    // Whose keys it has, where there is security; whoever gives another one wins.
-    arguments.extend(["--enclave", "/evac/agent_node"].map(str::to_owned));
-    arguments.extend(options);
-    arguments.extend(matches.get_many::<String>("ros").into_iter().flatten().cloned());
-    arguments.push("--".to_owned());
-    arguments
-}
-
-/// The arguments of a simulator in a namespace, which is empty for that of the agent.
-fn simulator_arguments(namespace: &str, options: &[String]) -> Vec<String> {
-    let mut arguments = ["--ros-args", "--enclave", "/evac/sim_node"].map(str::to_owned).to_vec();
-    if !namespace.is_empty() {
-        arguments.extend(["-r".to_owned(), format!("__ns:=/{namespace}")]);
-    }
-    arguments.extend_from_slice(options);
-    arguments.push("--".to_owned());
-    arguments
+fn print_completions(matches: &ArgMatches) -> anyhow::Result<ExitCode> {
+    let shell = *matches.get_one::<Shell>("shell").unwrap_or(&Shell::Bash);
+    let nodes = NODE_COMMANDS.map(Nodes::of).into_iter().collect::<anyhow::Result<Vec<_>>>()?;
+    let mut command = command_line(|command| {
+        match nodes.iter().find(|nodes| nodes.command() == command.get_name()) {
+            Some(nodes) => nodes.add_options(command),
+            None => command,
+        }
+    });
+    generate(shell, &mut command, "evac", &mut io::stdout());
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Fails unless there is a trained model where the parameter `model` says.
@@ -98,11 +78,6 @@ fn check_model(model: &str) -> anyhow::Result<()> {
         model if Path::new(model).join("config.yaml").is_file() => Ok(()),
         model => bail!("no trained model in {model}: there is no config.yaml"),
     }
-}
-
-/// What the agent's parameters are without any argument: its options.
-fn parameters_of(agent: &Path, command: &str) -> anyhow::Result<Parameters> {
-    Parameters::of(agent, Some(command), &[])
 }
 
 /// Runs the nodes of a plan on this thread.

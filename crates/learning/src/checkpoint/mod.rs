@@ -34,7 +34,7 @@ use super::{
 };
 
 impl Training {
-    /// Writes `checkpoint.safetensors`, image by image: nobody needs to hold all of it.
+    /// Writes `checkpoint.safetensors`, image by image, without holding all of it in memory.
     pub fn write_checkpoint(&self, path: &Path) -> Result<(), candle_core::Error> {
         let learner = &self.learner;
         let memory = &learner.memory;

@@ -44,7 +44,7 @@ pub(super) fn set_position(random: &mut Random, position: &str) -> Result<(), St
 }
 
 impl State<'_> {
-    /// Whether the numbers are such as a training may have that has so many records.
+    /// Checks that the numbers are consistent with each other and with the number of records.
     pub(super) fn check(&self, records: usize) -> Result<(), String> {
         let progress = &self.progress;
         // A hundred years, and more images and updates than they could bring.
@@ -68,7 +68,7 @@ impl State<'_> {
             "it took more than a hundred years"
         } else if self.first_image > MOST || progress.total_steps > MOST || progress.updates > MOST
         {
-            "it has more steps than anybody can make"
+            "its number of steps is out of range"
         } else if self.adam_step != progress.updates {
             "Adam counts other updates than the training"
         } else {

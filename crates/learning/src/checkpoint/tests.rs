@@ -47,7 +47,7 @@ fn sealed(bytes: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// Whatever became of a byte on its way to the disk and back.
+/// A changed byte is detected wherever it is.
 #[test]
 fn no_damage_goes_unnoticed() {
     let settings = Preset::Paper.settings();

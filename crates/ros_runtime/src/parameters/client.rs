@@ -2,41 +2,16 @@
 
 use std::{collections::BTreeMap, time::Duration};
 
-use ros_interfaces::RosService;
-use ros2_client::{parameters::raw, rcl_interfaces as rcl};
+use ros_interfaces::rcl_interfaces::{
+    GetParameters, ListParameters, Parameter, SetParameters, get_parameters, list_parameters,
+    set_parameters,
+};
 
 use super::ParameterValue;
 use crate::{
     node::{Node, NodeError},
     service::{CallError, ServiceClient},
 };
-
-struct ListParameters;
-
-impl RosService for ListParameters {
-    const PACKAGE: &str = "rcl_interfaces";
-    const NAME: &str = "ListParameters";
-    type Request = rcl::ListParametersRequest;
-    type Response = rcl::ListParametersResponse;
-}
-
-struct GetParameters;
-
-impl RosService for GetParameters {
-    const PACKAGE: &str = "rcl_interfaces";
-    const NAME: &str = "GetParameters";
-    type Request = rcl::GetParametersRequest;
-    type Response = rcl::GetParametersResponse;
-}
-
-struct SetParameters;
-
-impl RosService for SetParameters {
-    const PACKAGE: &str = "rcl_interfaces";
-    const NAME: &str = "SetParameters";
-    type Request = rcl::SetParametersRequest;
-    type Response = rcl::SetParametersResponse;
-}
 
 /// A client of another node's parameter services.
 pub struct ParameterClient {
@@ -60,9 +35,9 @@ impl ParameterClient {
         &self,
         deadline: Duration,
     ) -> Result<BTreeMap<String, ParameterValue>, CallError> {
-        let everything = rcl::ListParametersRequest { prefixes: vec![], depth: 0 };
+        let everything = list_parameters::Request::default();
         let names = self.list.call(everything, Some(deadline)).await?.result.names;
-        let request = rcl::GetParametersRequest { names: names.clone() };
+        let request = get_parameters::Request { names: names.clone() };
         let values = self.get.call(request, Some(deadline)).await?.values;
         let set = names.into_iter().zip(&values);
         Ok(set
@@ -77,8 +52,8 @@ impl ParameterClient {
         value: ParameterValue,
         deadline: Duration,
     ) -> Result<Result<(), String>, CallError> {
-        let parameter = raw::Parameter { name: name.to_owned(), value: value.into() };
-        let request = rcl::SetParametersRequest { parameter: vec![parameter] };
+        let parameter = Parameter { name: name.to_owned(), value: value.into() };
+        let request = set_parameters::Request { parameters: vec![parameter] };
         let results = self.set.call(request, Some(deadline)).await?.results;
         Ok(match results.into_iter().next() {
             Some(result) if result.successful => Ok(()),

@@ -3,87 +3,77 @@
 //! ros2-client has them in its Spinner only, which also subscribes to `/clock` with a type that is
 //! not ROS's, and it knows no descriptors. These answer from [`Parameters`].
 
-use futures::{StreamExt, join};
-use log::warn;
-use ros2_client::{Message, Server, parameters::raw, rcl_interfaces as rcl};
-use serde::{Deserialize, Serialize};
+use futures::join;
+use ros_interfaces::{
+    RosService,
+    rcl_interfaces::{
+        DescribeParameters, FloatingPointRange, GetParameterTypes, GetParameters, IntegerRange,
+        ListParameters, ListParametersResult, Parameter, ParameterDescriptor,
+        ParameterValue as Message, SetParameters, SetParametersAtomically, SetParametersResult,
+        describe_parameters, get_parameter_types, get_parameters, list_parameters, set_parameters,
+        set_parameters_atomically,
+    },
+};
 
 use super::{ParameterType, ParameterValue, Parameters};
-use crate::logging::shortened;
+use crate::{logging::shortened, server::ServiceServer};
 
-/// The bytes of a reason to refuse a value.
+/// The maximum length of a reason for a refusal, in bytes.
 const LONGEST_REASON: usize = 2000;
-
-/// rcl_interfaces/srv/SetParameters and SetParametersAtomically ask the same.
-pub(crate) type SetRequest = rcl::SetParametersRequest;
 
 /// The six servers of a node.
 pub(crate) struct ParameterServices {
-    pub(crate) get: Server<rcl::GetParametersRequest, rcl::GetParametersResponse>,
-    pub(crate) get_types: Server<rcl::GetParameterTypesRequest, rcl::GetParameterTypesResponse>,
-    pub(crate) list: Server<rcl::ListParametersRequest, rcl::ListParametersResponse>,
-    pub(crate) describe: Server<rcl::DescribeParametersRequest, DescribeResponse>,
-    pub(crate) set: Server<SetRequest, rcl::SetParametersResponse>,
-    pub(crate) set_atomically: Server<SetRequest, rcl::SetParametersAtomicallyResponse>,
+    pub(crate) get: ServiceServer<GetParameters>,
+    pub(crate) get_types: ServiceServer<GetParameterTypes>,
+    pub(crate) list: ServiceServer<ListParameters>,
+    pub(crate) describe: ServiceServer<DescribeParameters>,
+    pub(crate) set: ServiceServer<SetParameters>,
+    pub(crate) set_atomically: ServiceServer<SetParametersAtomically>,
 }
-
-/// rcl_interfaces/srv/DescribeParameters, the response.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct DescribeResponse {
-    pub(crate) descriptors: Vec<raw::ParameterDescriptor>,
-}
-
-impl Message for DescribeResponse {}
 
 impl ParameterServices {
-    /// Answers for ever.
+    /// Answers requests until the task is dropped.
     pub(crate) async fn serve(self, parameters: Parameters) {
+        let values = |request: get_parameters::Request| {
+            let values = request.names.iter().map(|name| message(value(&parameters, name)));
+            get_parameters::Response { values: values.collect() }
+        };
+        let types = |request: get_parameter_types::Request| {
+            let code =
+                |name: &String| value(&parameters, name).map_or(0, |value| value.kind().code());
+            get_parameter_types::Response { types: request.names.iter().map(code).collect() }
+        };
+        let descriptors = |request: describe_parameters::Request| {
+            let descriptors = request.names.iter().map(|name| descriptor(&parameters, name));
+            describe_parameters::Response { descriptors: descriptors.collect() }
+        };
+        let results = |request: set_parameters::Request| {
+            let set =
+                |change: &Parameter| set_atomically(&parameters, std::slice::from_ref(change));
+            set_parameters::Response { results: request.parameters.iter().map(set).collect() }
+        };
+        let result = |request: set_parameters_atomically::Request| {
+            let result = set_atomically(&parameters, &request.parameters);
+            set_parameters_atomically::Response { result }
+        };
         join!(
-            serve(self.get, |request: rcl::GetParametersRequest| {
-                let values = request.names.iter().map(|name| message(value(&parameters, name)));
-                rcl::GetParametersResponse { values: values.collect() }
-            }),
-            serve(self.get_types, |request: rcl::GetParameterTypesRequest| {
-                let code =
-                    |name: &String| value(&parameters, name).map_or(0, |value| value.kind().code());
-                rcl::GetParameterTypesResponse { values: request.names.iter().map(code).collect() }
-            }),
+            serve(self.get, values),
+            serve(self.get_types, types),
             serve(self.list, |request| list(&parameters, &request)),
-            serve(self.describe, |request: rcl::DescribeParametersRequest| {
-                let descriptors = request.names.iter().map(|name| descriptor(&parameters, name));
-                DescribeResponse { descriptors: descriptors.collect() }
-            }),
-            serve(self.set, |request| rcl::SetParametersResponse {
-                results: request.parameter.iter().map(|p| set(&parameters, p)).collect()
-            }),
-            serve(self.set_atomically, |request| {
-                rcl::SetParametersAtomicallyResponse {
-                    result: set_atomically(&parameters, &request.parameter),
-                }
-            }),
+            serve(self.describe, descriptors),
+            serve(self.set, results),
+            serve(self.set_atomically, result),
         );
     }
 }
 
-async fn serve<Request, Response>(
-    server: Server<Request, Response>,
-    answer: impl Fn(Request) -> Response,
-) where
-    Request: Message + Clone + 'static,
-    Response: Message + 'static,
-{
-    let requests = server.receive_request_stream();
-    futures::pin_mut!(requests);
-    while let Some(request) = requests.next().await {
-        let result = match request {
-            Ok((id, request)) => {
-                server.async_send_response(id, answer(request)).await.map_err(|e| e.to_string())
-            }
-            Err(error) => Err(error.to_string()),
-        };
-        if let Err(reason) = result {
-            warn!("a call of a parameter service came to nothing: {reason}");
-        }
+async fn serve<S: RosService>(
+    server: ServiceServer<S>,
+    answer: impl Fn(S::Request) -> S::Response,
+) {
+    loop {
+        let (id, request) = server.next_request().await;
+        server.answer(id, answer(request)).await;
     }
 }
 
@@ -92,20 +82,12 @@ fn value(parameters: &Parameters, name: &str) -> Option<ParameterValue> {
 }
 
 /// "Not set" is the type 0 with every field empty.
-fn message(value: Option<ParameterValue>) -> raw::ParameterValue {
-    let is_set = value.is_some();
-    let mut message = raw::ParameterValue::from(value.unwrap_or(ParameterValue::Bool(false)));
-    if !is_set {
-        message.ptype = raw::ParameterType::NOT_SET;
-    }
-    message
+fn message(value: Option<ParameterValue>) -> Message {
+    value.map_or_else(Message::default, Message::from)
 }
 
 /// As rclcpp: prefixes end at dots, and depth counts the dots below a prefix; 0 is no limit.
-fn list(
-    parameters: &Parameters,
-    request: &rcl::ListParametersRequest,
-) -> rcl::ListParametersResponse {
+fn list(parameters: &Parameters, request: &list_parameters::Request) -> list_parameters::Response {
     let within = |name: &str| match request.depth {
         0 => true,
         depth => (name.matches('.').count() as u64) < depth,
@@ -128,20 +110,12 @@ fn list(
         names.iter().filter_map(|name| name.rsplit_once('.')).map(|(p, _)| p.to_owned()).collect();
     prefixes.sort();
     prefixes.dedup();
-    rcl::ListParametersResponse { result: rcl::ListParametersResult { names, prefixes } }
+    list_parameters::Response { result: ListParametersResult { names, prefixes } }
 }
 
-fn descriptor(parameters: &Parameters, name: &str) -> raw::ParameterDescriptor {
-    let mut message = raw::ParameterDescriptor {
-        name: name.to_owned(),
-        r#type: raw::ParameterType::NOT_SET,
-        description: String::new(),
-        additional_constraints: String::new(),
-        read_only: false,
-        dynamic_typing: false,
-        floating_point_range: vec![],
-        integer_range: vec![],
-    };
+fn descriptor(parameters: &Parameters, name: &str) -> ParameterDescriptor {
+    let mut message =
+        ParameterDescriptor { name: name.to_owned(), ..ParameterDescriptor::default() };
     if let Some(entry) = parameters.entry(name) {
         message.r#type = entry.value.kind().code();
         message.additional_constraints = entry.descriptor.additional_constraints();
@@ -149,12 +123,11 @@ fn descriptor(parameters: &Parameters, name: &str) -> raw::ParameterDescriptor {
         message.read_only = entry.descriptor.read_only;
         match (entry.descriptor.range, entry.value.kind()) {
             (Some((low, high)), ParameterType::Integer | ParameterType::IntegerArray) => {
-                let range =
-                    raw::IntegerRange { from_value: low as i64, to_value: high as i64, step: 1 };
+                let range = IntegerRange { from_value: low as i64, to_value: high as i64, step: 1 };
                 message.integer_range.push(range);
             }
             (Some((from_value, to_value)), _) => {
-                let range = raw::FloatingPointRange { from_value, to_value, step: 0.0 };
+                let range = FloatingPointRange { from_value, to_value, step: 0.0 };
                 message.floating_point_range.push(range);
             }
             (None, _) => {}
@@ -163,12 +136,8 @@ fn descriptor(parameters: &Parameters, name: &str) -> raw::ParameterDescriptor {
     message
 }
 
-fn set(parameters: &Parameters, parameter: &raw::Parameter) -> raw::SetParametersResult {
-    set_atomically(parameters, std::slice::from_ref(parameter))
-}
-
-fn set_atomically(parameters: &Parameters, changes: &[raw::Parameter]) -> raw::SetParametersResult {
-    let value = |change: &raw::Parameter| match ParameterValue::from_message(&change.value) {
+fn set_atomically(parameters: &Parameters, changes: &[Parameter]) -> SetParametersResult {
+    let value = |change: &Parameter| match ParameterValue::from_message(&change.value) {
         Some(value) => Ok((change.name.clone(), value)),
         None => Err(format!("parameter '{}' cannot be unset", change.name)),
     };
@@ -178,7 +147,7 @@ fn set_atomically(parameters: &Parameters, changes: &[raw::Parameter]) -> raw::S
         parameters.set_all(changes).map_err(|error| error.to_string())
     });
     // What is refused is quoted, and may be as long as a message.
-    raw::SetParametersResult {
+    SetParametersResult {
         successful: result.is_ok(),
         reason: shortened(result.err().unwrap_or_default(), LONGEST_REASON),
     }

@@ -2,7 +2,7 @@
 
 use std::{fmt, str::FromStr};
 
-use ros2_client::parameters::raw;
+use ros_interfaces::rcl_interfaces::{ParameterType as Code, ParameterValue as Message};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -203,31 +203,37 @@ impl FromStr for Override {
     }
 }
 
-impl From<ParameterValue> for raw::ParameterValue {
-    fn from(value: ParameterValue) -> raw::ParameterValue {
-        let mut message = raw::ParameterValue {
-            ptype: value.kind().code(),
-            boolean_value: false,
-            int_value: 0,
-            double_value: 0.0,
-            string_value: String::new(),
-            byte_array: vec![],
-            bool_array: vec![],
-            int_array: vec![],
-            double_array: vec![],
-            string_array: vec![],
-        };
+impl From<ParameterValue> for Message {
+    fn from(value: ParameterValue) -> Message {
+        let mut message = Message { r#type: value.kind().code(), ..Message::default() };
         match value {
-            ParameterValue::Bool(value) => message.boolean_value = value,
-            ParameterValue::Integer(value) => message.int_value = value,
+            ParameterValue::Bool(value) => message.bool_value = value,
+            ParameterValue::Integer(value) => message.integer_value = value,
             ParameterValue::Double(value) => message.double_value = value,
             ParameterValue::String(value) => message.string_value = value,
-            ParameterValue::BoolArray(values) => message.bool_array = values,
-            ParameterValue::IntegerArray(values) => message.int_array = values,
-            ParameterValue::DoubleArray(values) => message.double_array = values,
-            ParameterValue::StringArray(values) => message.string_array = values,
+            ParameterValue::BoolArray(values) => message.bool_array_value = values,
+            ParameterValue::IntegerArray(values) => message.integer_array_value = values,
+            ParameterValue::DoubleArray(values) => message.double_array_value = values,
+            ParameterValue::StringArray(values) => message.string_array_value = values,
         }
         message
+    }
+}
+
+/// As ros2-client's node takes it for `/parameter_events`.
+impl From<ParameterValue> for ros2_client::ParameterValue {
+    fn from(value: ParameterValue) -> ros2_client::ParameterValue {
+        use ros2_client::ParameterValue as Event;
+        match value {
+            ParameterValue::Bool(value) => Event::Boolean(value),
+            ParameterValue::Integer(value) => Event::Integer(value),
+            ParameterValue::Double(value) => Event::Double(value),
+            ParameterValue::String(value) => Event::String(value),
+            ParameterValue::BoolArray(values) => Event::BooleanArray(values),
+            ParameterValue::IntegerArray(values) => Event::IntegerArray(values),
+            ParameterValue::DoubleArray(values) => Event::DoubleArray(values),
+            ParameterValue::StringArray(values) => Event::StringArray(values),
+        }
     }
 }
 
@@ -235,35 +241,37 @@ impl ParameterType {
     /// The constant of rcl_interfaces/ParameterType.
     pub(super) fn code(self) -> u8 {
         match self {
-            ParameterType::Bool => raw::ParameterType::BOOL,
-            ParameterType::Integer => raw::ParameterType::INTEGER,
-            ParameterType::Double => raw::ParameterType::DOUBLE,
-            ParameterType::String => raw::ParameterType::STRING,
-            ParameterType::BoolArray => raw::ParameterType::BOOL_ARRAY,
-            ParameterType::IntegerArray => raw::ParameterType::INTEGER_ARRAY,
-            ParameterType::DoubleArray => raw::ParameterType::DOUBLE_ARRAY,
-            ParameterType::StringArray => raw::ParameterType::STRING_ARRAY,
+            ParameterType::Bool => Code::PARAMETER_BOOL,
+            ParameterType::Integer => Code::PARAMETER_INTEGER,
+            ParameterType::Double => Code::PARAMETER_DOUBLE,
+            ParameterType::String => Code::PARAMETER_STRING,
+            ParameterType::BoolArray => Code::PARAMETER_BOOL_ARRAY,
+            ParameterType::IntegerArray => Code::PARAMETER_INTEGER_ARRAY,
+            ParameterType::DoubleArray => Code::PARAMETER_DOUBLE_ARRAY,
+            ParameterType::StringArray => Code::PARAMETER_STRING_ARRAY,
         }
     }
 }
 
 impl ParameterValue {
-    /// The value of a message; `None` for "not set" and for byte arrays, which no node here has.
-    pub fn from_message(message: &raw::ParameterValue) -> Option<ParameterValue> {
-        Some(match message.ptype {
-            raw::ParameterType::BOOL => ParameterValue::Bool(message.boolean_value),
-            raw::ParameterType::INTEGER => ParameterValue::Integer(message.int_value),
-            raw::ParameterType::DOUBLE => ParameterValue::Double(message.double_value),
-            raw::ParameterType::STRING => ParameterValue::String(message.string_value.clone()),
-            raw::ParameterType::BOOL_ARRAY => ParameterValue::BoolArray(message.bool_array.clone()),
-            raw::ParameterType::INTEGER_ARRAY => {
-                ParameterValue::IntegerArray(message.int_array.clone())
+    /// The value of a message; `None` for "not set" and for byte arrays, which are not supported.
+    pub fn from_message(message: &Message) -> Option<ParameterValue> {
+        Some(match message.r#type {
+            Code::PARAMETER_BOOL => ParameterValue::Bool(message.bool_value),
+            Code::PARAMETER_INTEGER => ParameterValue::Integer(message.integer_value),
+            Code::PARAMETER_DOUBLE => ParameterValue::Double(message.double_value),
+            Code::PARAMETER_STRING => ParameterValue::String(message.string_value.clone()),
+            Code::PARAMETER_BOOL_ARRAY => {
+                ParameterValue::BoolArray(message.bool_array_value.clone())
             }
-            raw::ParameterType::DOUBLE_ARRAY => {
-                ParameterValue::DoubleArray(message.double_array.clone())
+            Code::PARAMETER_INTEGER_ARRAY => {
+                ParameterValue::IntegerArray(message.integer_array_value.clone())
             }
-            raw::ParameterType::STRING_ARRAY => {
-                ParameterValue::StringArray(message.string_array.clone())
+            Code::PARAMETER_DOUBLE_ARRAY => {
+                ParameterValue::DoubleArray(message.double_array_value.clone())
+            }
+            Code::PARAMETER_STRING_ARRAY => {
+                ParameterValue::StringArray(message.string_array_value.clone())
             }
             _ => return None,
         })
@@ -296,7 +304,7 @@ mod tests {
     #[test]
     fn values_survive_the_wire() {
         for rule in ["a:=true", "a:=3", "a:=0.5", "a:=x", "a:=[1]", "a:=[1.5]", "a:=[x]"] {
-            let message = raw::ParameterValue::from(value(rule));
+            let message = Message::from(value(rule));
             assert_eq!(ParameterValue::from_message(&message), Some(value(rule)));
         }
     }

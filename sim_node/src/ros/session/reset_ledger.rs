@@ -6,7 +6,7 @@ use evac_msgs::reset;
 
 use super::ClientId;
 
-/// How many clients' latest resets are remembered. Who returns after so many others is a new one.
+/// The maximum number of clients whose latest reset is stored; the oldest is dropped first.
 pub(super) const NUMBERINGS: usize = 64;
 
 /// Who has numbered resets, and the latest number of each.

@@ -13,7 +13,7 @@ pub(super) struct Timeline {
 }
 
 impl Timeline {
-    /// The start; a step takes so many seconds.
+    /// The start of time. `step_duration` is in seconds.
     pub(super) fn new(step_duration: f64) -> Timeline {
         let step_duration = (step_duration * 1e9).round() as u64;
         Timeline { step_duration, now: 0, wall: None, settled: 0 }

@@ -56,7 +56,7 @@ fn main() -> anyhow::Result<()> {
     let threads = std::env::var("RAYON_NUM_THREADS").unwrap_or_default();
     anyhow::ensure!(
         threads == "1",
-        "RAYON_NUM_THREADS is '{threads}', and the ruler is one thread: use 'evac bench'"
+        "RAYON_NUM_THREADS is '{threads}' (expected: 1, as the baseline is single-threaded): use 'evac bench'"
     );
     let report = Report {
         room: part("the simulator", room::measure)?,

@@ -48,7 +48,7 @@ fn main() -> anyhow::Result<ExitCode> {
         let started = Instant::now();
         run(job)?;
         if !job.is_done() {
-            // Somebody has stopped it, and it has saved what it had.
+            // It was interrupted, and saved its checkpoint.
             return Ok(ExitCode::from(130));
         }
         spent += started.elapsed();
