@@ -3,7 +3,7 @@
 
 # The threads that work for a step, under names that say what they do; the others are left out.
 s/^agent_node;.*Training::run/the learner/
-s/^room;.*begin_short_backtrace/the thread that speaks with the room/
+s/^environment;.*begin_short_backtrace/the thread that speaks with the room/
 s/^RustDDS_Partici;.*DPEventLoop::event_loop/RustDDS's event loop/
 /^(the learner|the thread that speaks with the room|RustDDS's event loop)[; ]/!d
 

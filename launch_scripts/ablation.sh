@@ -1,9 +1,11 @@
 #!/usr/bin/env bash
-# Trains without each ingredient of the preset robust: builds what is not built, then 'evac ablation' with all arguments.
+# Trains and evaluates the preset robust, leaving out one ingredient at a time.
+# Builds the programs if necessary, then runs 'evac ablation' with all arguments.
 #
 #   launch_scripts/ablation.sh --help
 
 set -euo pipefail
+# shellcheck source-path=SCRIPTDIR source=programs.sh
 source "$(dirname "${BASH_SOURCE[0]}")/programs.sh"
 
 build_experiments

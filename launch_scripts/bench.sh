@@ -1,9 +1,11 @@
 #!/usr/bin/env bash
-# Measures speed: builds what is not built, then 'evac bench' with all arguments.
+# Measures the speed of the learner, the simulator and the network.
+# Builds the programs if necessary, then runs 'evac bench' with all arguments.
 #
 #   launch_scripts/bench.sh --help
 
 set -euo pipefail
+# shellcheck source-path=SCRIPTDIR source=programs.sh
 source "$(dirname "${BASH_SOURCE[0]}")/programs.sh"
 
 build_experiments

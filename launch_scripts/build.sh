@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
-# Builds the nodes and evac with the corrected RustDDS, in target/release.
+# Builds the nodes and evac in target/release, with the corrected RustDDS.
 #
 #   launch_scripts/build.sh
 #
-# With ROS_SECURITY_ENABLE=true the nodes are built with SROS2 (docs/security.md).
+# With ROS_SECURITY_ENABLE=true, the nodes are built with SROS2 (docs/security.md).
 
 set -euo pipefail
+# shellcheck source-path=SCRIPTDIR source=programs.sh
 source "$(dirname "${BASH_SOURCE[0]}")/programs.sh"
 
-[[ $# == 0 ]] || { usage && exit 0; }
+accept_no_options "$@"
 build_nodes

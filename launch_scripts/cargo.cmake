@@ -1,15 +1,15 @@
-# Included by the CMakeLists.txt of our packages: builds all programs by cargo, and installs the one whose
-# name is in `program`.
+# Included by the CMakeLists.txt of each package that has a program: builds all programs with cargo and installs
+# the one that the variable `program` names.
 #
-# Every package runs the same command in the same target directory, the repository's own unless
-# CARGO_TARGET_DIR says otherwise, so cargo compiles each crate once, whichever package colcon builds first.
+# These packages all run the same command in the same target directory, `target` in the repository unless
+# CARGO_TARGET_DIR is set, so cargo compiles each crate only once.
 get_filename_component(repository "${CMAKE_CURRENT_LIST_DIR}/.." ABSOLUTE)
 set(target_directory "${repository}/target")
 if(DEFINED ENV{CARGO_TARGET_DIR})
   get_filename_component(target_directory "$ENV{CARGO_TARGET_DIR}" ABSOLUTE BASE_DIR "${repository}")
 endif()
 
-# colcon need not look for packages among build products.
+# Keeps colcon from searching the build artifacts for packages.
 file(MAKE_DIRECTORY "${target_directory}")
 file(TOUCH "${target_directory}/COLCON_IGNORE")
 

@@ -1,9 +1,11 @@
 #!/usr/bin/env bash
-# Tests a trained model over DDS: builds what is not built, then 'evac evaluate' with all arguments.
+# Evaluates a trained model over DDS.
+# Builds the programs if necessary, then runs 'evac evaluate' with all arguments.
 #
 #   launch_scripts/evaluate.sh --help
 
 set -euo pipefail
+# shellcheck source-path=SCRIPTDIR source=programs.sh
 source "$(dirname "${BASH_SOURCE[0]}")/programs.sh"
 
 build_nodes

@@ -1,8 +1,9 @@
-# Sourced by the scripts beside it: builds the programs, and starts `evac`, which does the rest.
+# shellcheck shell=bash
+# Sourced by the other scripts in this directory: common settings, and functions that build the programs.
 
 root=$(CDPATH='' cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
-# Two people who train on one network must not step each other's rooms.
+# Keeps the nodes of other users on the same network out of a run.
 export ROS_AUTOMATIC_DISCOVERY_RANGE="${ROS_AUTOMATIC_DISCOVERY_RANGE:-LOCALHOST}"
 
 fail() {
@@ -10,37 +11,48 @@ fail() {
     exit 1
 }
 
-# The help text is the comment at the top of the script.
+# Prints the comment at the top of the script as help text.
 usage() {
     sed -n '2,/^$/s/^# \{0,1\}//p' "$0"
 }
 
-check_openssl() {
-    pkg-config --exists openssl 2>/dev/null ||
-        fail "security needs OpenSSL's headers and pkg-config (Debian: libssl-dev pkg-config)"
+# Handles the arguments of a script that has no options except --help.
+accept_no_options() {
+    case "${1:-}" in
+        "") ;;
+        -h | --help) usage && exit 0 ;;
+        *) fail "unknown option '$1' (expected: --help)" ;;
+    esac
 }
 
-# Builds or tests by cargo's command $1.
+check_openssl() {
+    pkg-config --exists openssl 2>/dev/null ||
+        fail "OpenSSL not found: security needs its headers and pkg-config (Debian: libssl-dev pkg-config)"
+}
+
+# Runs the cargo command $1 in release mode, with the remaining arguments.
 run_cargo() {
     "$root/launch_scripts/setup.sh"
-    # From the root, so that the settings in .cargo apply wherever the script is called from.
+    # cargo reads .cargo/config.toml in the current directory and its parents.
     (cd "$root" && cargo "$1" --release --locked "${@:2}")
 }
 
-# Builds the nodes and `evac`, and sets `bin` to where they are.
+# Builds the nodes and evac, and sets `bin` to the directory that contains them.
 build_nodes() {
     local options=()
     if [[ "${ROS_SECURITY_ENABLE:-}" == true ]]; then
         check_openssl
-        options=(--features sim_node/security,agent_node/security)
+        options=(--features 'sim_node/security,agent_node/security')
     fi
     run_cargo build --package sim_node --package agent_node --package launcher "${options[@]}"
+    # shellcheck disable=SC2034 # The scripts that source this file use it.
     bin=$(cd "$root" && realpath "${CARGO_TARGET_DIR:-target}")/release
 }
 
-# Builds the programs that measure, too.
+# Builds the nodes, evac and the experiments.
 build_experiments() {
     build_nodes
-    # Not in one with the nodes, which would then be built for both of its own features and theirs.
+    # A separate command, because in a single one cargo would also enable the experiments' features in
+    # the nodes' dependencies, and compile those a second time.
     run_cargo build --package experiments --features programs
 }

@@ -1,9 +1,11 @@
 #!/usr/bin/env bash
-# Trains and tests everything that the results show: builds what is not built, then 'evac reproduce' with all arguments.
+# Trains and evaluates every policy of docs/results.md.
+# Builds the programs if necessary, then runs 'evac reproduce' with all arguments.
 #
 #   launch_scripts/reproduce.sh --help
 
 set -euo pipefail
+# shellcheck source-path=SCRIPTDIR source=programs.sh
 source "$(dirname "${BASH_SOURCE[0]}")/programs.sh"
 
 build_experiments

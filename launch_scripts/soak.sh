@@ -1,9 +1,11 @@
 #!/usr/bin/env bash
-# A training of a million steps over a bad network: builds what is not built, then 'evac soak' with all arguments.
+# Trains for a million steps over a bad network.
+# Builds the programs if necessary, then runs 'evac soak' with all arguments.
 #
 #   launch_scripts/soak.sh --help
 
 set -euo pipefail
+# shellcheck source-path=SCRIPTDIR source=programs.sh
 source "$(dirname "${BASH_SOURCE[0]}")/programs.sh"
 
 build_experiments

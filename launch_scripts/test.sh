@@ -1,17 +1,18 @@
 #!/usr/bin/env bash
-# Runs the tests, with their set-up: the nodes, and independent DDS peers.
+# Builds and runs the tests, and installs the independent DDS peers that they need.
 #
 #   launch_scripts/test.sh [--all | --soak] [options of cargo test]
 #
-#   (no option)  what every change must pass, in a few minutes
+#   (no option)  the short tests, which take a few minutes
 #   --all        also the long tests: kills, bad networks, interruptions, hostile packets, a full disk,
 #                colcon, Fast DDS, security. They need root and the Debian packages that .ci/run
-#                installs. With EVAC_ROS2=required also those beside a sourced ROS 2 Jazzy
-#   --soak       a million steps over a bad network (soak.sh)
+#                installs. EVAC_ROS2=required adds the ROS 2 Jazzy tests; source ROS 2 first
+#   --soak       a training run of a million steps over a bad network (soak.sh)
 #
-# The peers from PyPI go into a virtual environment, .venv in the repository.
+# The peers from PyPI are installed in .venv, a virtual environment in the repository.
 
 set -euo pipefail
+# shellcheck source-path=SCRIPTDIR source=programs.sh
 source "$(dirname "${BASH_SOURCE[0]}")/programs.sh"
 
 all=false
@@ -23,14 +24,14 @@ esac
 cd "$root"
 "$root/launch_scripts/setup.sh"
 command -v python3 >/dev/null ||
-    fail "python3 not found: install Python 3.10 or later, which the independent DDS peers need"
+    fail "python3 not found: install Python 3.10 or later, which the tests' DDS peers need"
 
 requirements=tests/peers/requirements.txt
 if ! cmp --silent "$requirements" .venv/requirements.txt; then
     python3 -m venv .venv ||
-        fail "python3 cannot make virtual environments: install its venv (Debian: python3-venv)"
+        fail "python3 -m venv failed: install the module venv (Debian: python3-venv)"
     .venv/bin/python -m pip install --quiet --requirement "$requirements"
-    # What is installed, so that the next run need not ask.
+    # Records what is installed, so that the next run can skip pip.
     cp "$requirements" .venv/requirements.txt
 fi
 export EVAC_PYTHON="$root/.venv/bin/python"
@@ -39,10 +40,10 @@ run_cargo test --workspace "$@"
 run_cargo test --package evac_tests --test corrections "$@"
 [[ "$all" == true ]] || exit 0
 
-# The preprocessor knows whether every header is there, in a version that will do.
+# The preprocessor fails if a header is missing or has an unsupported version.
 caller=tests/peers/fast_dds/step_caller.cpp
 g++ -std=c++20 -M "$caller" >/dev/null 2>&1 ||
-    fail "Fast DDS 2 not found, which a peer is built with (Debian 12: g++ libfastrtps-dev zlib1g-dev)"
+    fail "Fast DDS 2 not found: a test peer needs it (Debian 12: g++ libfastrtps-dev zlib1g-dev)"
 check_openssl
 peers=$(realpath "${CARGO_TARGET_DIR:-target}")/peers
 mkdir -p "$peers"
@@ -52,7 +53,7 @@ export EVAC_FAST_DDS_PEER="$peers/step_caller"
 long=(colcon fast_dds full_disk hostile interruptions kills network)
 run_cargo test --package evac_tests "${long[@]/#/--test=}" "$@"
 if [[ "${EVAC_ROS2:-}" == required ]]; then
-    # The options may end with `--` and those of the test program.
+    # --ignored is an option of the test binary, so it must follow `--`.
     options=("$@")
     [[ " $* " == *" -- "* ]] || options+=(--)
     run_cargo test --package evac_tests --test ros2 "${options[@]}" --ignored

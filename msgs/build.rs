@@ -1,10 +1,10 @@
-//! Writes the Rust types of the definitions in `msg` and `srv`.
+//! Generates the Rust types from the definitions in `msg` and `srv`.
 
 use std::{env, error::Error, path::Path};
 
 use rosidl::generate::Generator;
 
-/// The packages that ours stands on.
+/// The packages that the definitions depend on.
 const DEPENDENCIES: [&str; 3] = ["builtin_interfaces", "sensor_msgs", "std_msgs"];
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -19,6 +19,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         generator = generator.dependency(package, &directory, &module)?;
     }
     let generator = generator.package("evac_msgs", Path::new("."), "crate")?;
-    let out = env::var_os("OUT_DIR").ok_or("cargo sets OUT_DIR")?;
+    let out = env::var_os("OUT_DIR").ok_or("OUT_DIR is not set")?;
     Ok(generator.write(&Path::new(&out).join("interfaces.rs"))?)
 }

@@ -1,7 +1,8 @@
-//! A room on a thread of its own.
+//! Runs an environment on its own thread.
 //!
-//! To ask a room over DDS takes system calls and wakes other threads: tens of microseconds in which
-//! the learner could learn. On another thread they cost it nothing but the word that they are wanted.
+//! A request over DDS needs system calls and thread wake-ups. They take tens of microseconds, which
+//! the learner could spend on network updates. With a separate thread, a request costs the learner
+//! only one channel message.
 
 use std::{
     num::NonZeroU64,
@@ -20,63 +21,67 @@ use ros_runtime::spin;
 use task::{Action, Environment, Image, Step};
 use thiserror::Error;
 
-/// How long a thread stays awake for the next order, or for what came of one: longer than an update
-/// takes.
+/// How long a thread that waits for a request or a result stays awake before it sleeps. This is
+/// longer than a network update, so the kernel does not have to wake either thread during training.
 const WINDOW: Duration = Duration::from_micros(500);
 
-/// A room that another thread speaks with.
+/// An environment that runs on its own thread.
+///
+/// Implements [`Environment`]: `begin_*` sends a request to the thread and returns at once;
+/// `finish_*` waits for the result.
 pub struct Background<E> {
-    orders: UnboundedSender<Order<E>>,
+    requests: UnboundedSender<Request<E>>,
 }
 
-/// What is wanted of a room, and where its result goes.
-enum Order<E> {
+/// A request to the environment, with the channel for its result.
+enum Request<E> {
     Reset(NonZeroU64, String, oneshot::Sender<Result<Image, E>>),
     Step(Action, oneshot::Sender<Result<Step, E>>),
 }
 
-/// What will come of an order.
+/// The pending result of a reset or step.
 pub struct Pending<T, E>(oneshot::Receiver<Result<T, E>>);
 
-/// The thread that speaks with the room is gone.
+/// The error returned if the environment thread has ended.
 #[derive(Debug, Error, PartialEq)]
-#[error("the thread that speaks with the room has ended")]
+#[error("the environment thread has ended")]
 pub struct ThreadEnded;
 
 impl<E: From<ThreadEnded> + Send> Background<E> {
-    /// Starts a thread that does what is wanted of a room, until this value is dropped.
+    /// Starts a thread that executes requests on `environment` until the returned value is dropped.
     ///
     /// # Errors
     ///
-    /// The operating system has no thread to give.
+    /// Returns an error if the operating system cannot create a thread.
     pub fn start<'scope>(
         scope: &'scope Scope<'scope, '_>,
-        mut room: impl Environment<Error = E> + Send + 'scope,
+        mut environment: impl Environment<Error = E> + Send + 'scope,
     ) -> std::io::Result<Background<E>>
     where
         E: 'scope,
     {
-        let (orders, mut wanted) = unbounded();
-        Builder::new().name("room".into()).spawn_scoped(scope, move || {
-            while let Some(order) = spin::block_on(WINDOW, wanted.next()) {
-                // A result that is not wanted any more is lost with its receiver.
-                match order {
-                    Order::Reset(seed, scenario, done) => {
-                        drop(done.send(room.reset(seed, &scenario)))
+        let (requests, mut incoming) = unbounded();
+        Builder::new().name("environment".into()).spawn_scoped(scope, move || {
+            while let Some(request) = spin::block_on(WINDOW, incoming.next()) {
+                // Sending fails only if the receiver was dropped and the result is no longer
+                // needed.
+                match request {
+                    Request::Reset(seed, scenario, result) => {
+                        drop(result.send(environment.reset(seed, &scenario)))
                     }
-                    Order::Step(action, done) => drop(done.send(room.step(action))),
+                    Request::Step(action, result) => drop(result.send(environment.step(action))),
                 }
             }
         })?;
-        Ok(Background { orders })
+        Ok(Background { requests })
     }
 
-    fn order<T>(
+    fn send<T>(
         &self,
-        order: impl FnOnce(oneshot::Sender<Result<T, E>>) -> Order<E>,
+        request: impl FnOnce(oneshot::Sender<Result<T, E>>) -> Request<E>,
     ) -> Result<Pending<T, E>, E> {
-        let (done, pending) = oneshot::channel();
-        self.orders.unbounded_send(order(done)).map_err(|_| ThreadEnded)?;
+        let (result, pending) = oneshot::channel();
+        self.requests.unbounded_send(request(result)).map_err(|_| ThreadEnded)?;
         Ok(Pending(pending))
     }
 }
@@ -96,7 +101,7 @@ where
     type PendingStep = Pending<Step, E>;
 
     fn begin_reset(&mut self, seed: NonZeroU64, scenario: &str) -> Result<Pending<Image, E>, E> {
-        self.order(|done| Order::Reset(seed, scenario.to_owned(), done))
+        self.send(|result| Request::Reset(seed, scenario.to_owned(), result))
     }
 
     fn finish_reset(&mut self, pending: Pending<Image, E>) -> Result<Image, E> {
@@ -104,7 +109,7 @@ where
     }
 
     fn begin_step(&mut self, action: Action) -> Result<Pending<Step, E>, E> {
-        self.order(|done| Order::Step(action, done))
+        self.send(|result| Request::Step(action, result))
     }
 
     fn finish_step(&mut self, pending: Pending<Step, E>) -> Result<Step, E> {

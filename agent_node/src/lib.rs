@@ -1,8 +1,9 @@
-//! The brain: a ROS 2 node that learns by deep Dyna-Q to drive a robot out of a room.
+//! The agent node: trains, evaluates and deploys a deep Dyna-Q agent over ROS 2.
 //!
-//! The method is the crate [`learning`]. Here is what brings it to DDS: [`ros`] has the room over DDS as
-//! an [`Environment`](task::Environment), what the node publishes, and its commands; [`background`]
-//! lets the learner learn while another thread speaks with the room.
+//! The crate [`learning`] implements the learning method. This crate connects it to DDS: [`ros`]
+//! contains an [`Environment`](task::Environment) backed by a simulator, the publishers and the
+//! node's commands; [`background`] runs an environment on its own thread, so that requests overlap
+//! with network updates.
 
 pub mod background;
 pub mod ros;

@@ -1,6 +1,10 @@
-//! `agent_node train | evaluate | drive | parameters | seeds`: see `--help`.
+//! The program `agent_node train | evaluate | drive | parameters | seeds`; see `--help`.
 
-use std::{path::PathBuf, process::ExitCode};
+use std::{
+    io::{self, Write},
+    path::PathBuf,
+    process::ExitCode,
+};
 
 use agent_node::ros::{NodeCommand, drive::drive, evaluate::evaluate, parameters_of, train::train};
 use anyhow::Context;
@@ -8,45 +12,53 @@ use clap::{Parser, Subcommand};
 use ros_runtime::{Arguments, failure};
 use task::seeds::{Purpose, episode_seed};
 
-/// Learns by deep Dyna-Q, from camera images alone, to drive a robot out of a room.
+/// Trains, evaluates and deploys a deep Dyna-Q agent that drives a robot out of a room using camera
+/// images only.
 #[derive(Parser)]
-#[command(version = ros_runtime::version!(), after_help = "Options are ROS parameters: --ros-args -p episodes:=100")]
+#[command(
+    version = ros_runtime::version!(),
+    after_help = "Options are ROS parameters, for example: --ros-args -p episodes:=100"
+)]
 struct CommandLine {
     #[command(subcommand)]
     command: Command,
-    /// End when the process with this id ends, which has started this one
+    /// Exit when the parent process with this process ID exits
     #[arg(long, global = true)]
     parent: Option<u32>,
 }
 
 #[derive(Subcommand)]
 enum Command {
-    /// Train over DDS, then test; everything is left in the directory of the parameter `out`
+    /// Train over DDS, then evaluate the policy; write all results to the directory given by the
+    /// parameter `out`
     Train {
-        /// What `sim_node oracle` printed for the seeds of the test
+        /// File with the output of `sim_node oracle` for the evaluation episodes: the lengths of
+        /// the full-knowledge shortest paths
         #[arg(long)]
         oracle: Option<PathBuf>,
     },
-    /// Test the model in the directory of the parameter `model`, without exploration
+    /// Evaluate the model in the directory given by the parameter `model`, without exploration
     Evaluate {
-        /// What `sim_node oracle` printed for the seeds of the test
+        /// File with the output of `sim_node oracle` for the evaluation episodes: the lengths of
+        /// the full-knowledge shortest paths
         #[arg(long)]
         oracle: Option<PathBuf>,
     },
-    /// Drive a robot with the model in the directory of the parameter `model`: hear only
-    /// `camera/image`, say only `action`
+    /// Drive a robot with the model in the directory given by the parameter `model`: subscribe to
+    /// `camera/image` and publish commands on `action`
     Drive,
-    /// Print the parameters of a command with their values, as JSON, or what is wrong with them (no DDS)
+    /// Print the parameters of a command and their values as JSON, or an error for the first
+    /// invalid value; does not use DDS
     Parameters {
-        /// Which command
-        of: NodeCommand,
+        /// Command whose parameters to print
+        command: NodeCommand,
     },
-    /// Print the seeds of a test's resets, one a line (no DDS)
+    /// Print the episode seeds of an evaluation, one per line; does not use DDS
     Seeds {
-        /// The seed of the test
+        /// Evaluation seed
         #[arg(long, default_value_t = 1)]
         seed: u64,
-        /// How many episodes it has
+        /// Number of evaluation episodes
         #[arg(long, default_value_t = 1000)]
         episodes: u32,
     },
@@ -55,6 +67,8 @@ enum Command {
 fn main() -> ExitCode {
     match run() {
         Ok(()) => ExitCode::SUCCESS,
+        // The reader of the output has seen enough: `agent_node seeds | head -n 1`.
+        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("agent_node: {error:#}");
             ExitCode::FAILURE
@@ -62,20 +76,30 @@ fn main() -> ExitCode {
     }
 }
 
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    let error = error.downcast_ref::<io::Error>();
+    error.is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
+}
+
 fn run() -> anyhow::Result<()> {
-    failure::end_on_panic();
-    // How much a training takes is up to its parameters; something is left for the others.
+    failure::exit_on_panic();
+    // The replay memory can grow to memory_capacity transitions. The limit leaves memory for other
+    // processes.
     if let Some(memory) = failure::machine_memory() {
-        failure::limit_memory(memory / 2).context("the memory cannot be limited")?;
+        failure::limit_memory(memory / 2).context("cannot limit the memory of the process")?;
     }
     let arguments = Arguments::from_environment()?;
     let command_line = CommandLine::parse_from(&arguments.program);
     if let Some(parent) = command_line.parent {
-        failure::end_with_parent(parent).context("--parent")?;
+        failure::exit_with_parent(parent).with_context(|| format!("--parent {parent}"))?;
     }
     match command_line.command {
-        Command::Parameters { of } => {
-            println!("{}", serde_json::to_string(&parameters_of(of, &arguments)?)?);
+        Command::Parameters { command } => {
+            writeln!(
+                io::stdout(),
+                "{}",
+                serde_json::to_string(&parameters_of(command, &arguments)?)?
+            )?;
             Ok(())
         }
         Command::Train { oracle } => train(&arguments, oracle.as_deref()),
@@ -83,7 +107,7 @@ fn run() -> anyhow::Result<()> {
         Command::Drive => drive(&arguments),
         Command::Seeds { seed, episodes } => {
             for episode in 0..episodes {
-                println!("{}", episode_seed(Purpose::Test, seed, episode));
+                writeln!(io::stdout(), "{}", episode_seed(Purpose::Evaluation, seed, episode))?;
             }
             Ok(())
         }

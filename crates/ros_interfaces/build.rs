@@ -1,4 +1,4 @@
-//! Writes the Rust types of the definitions in `interfaces`.
+//! Generates the Rust types from the definitions in `interfaces`.
 
 use std::{env, error::Error, fs, path::Path};
 
@@ -14,6 +14,6 @@ fn main() -> Result<(), Box<dyn Error>> {
             generator = generator.package(&package, &directory, &format!("crate::{package}"))?;
         }
     }
-    let out = env::var_os("OUT_DIR").ok_or("cargo sets OUT_DIR")?;
+    let out = env::var_os("OUT_DIR").ok_or("OUT_DIR is not set")?;
     Ok(generator.write(&Path::new(&out).join("interfaces.rs"))?)
 }

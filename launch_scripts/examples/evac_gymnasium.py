@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Evac's simulator as a Gymnasium environment, and a DQN of Stable-Baselines3 that learns in it.
+"""A Gymnasium environment for Evac's simulator, and a Stable-Baselines3 DQN that trains in it.
 
-Any learner of Python's can train against `sim_node` with it. As a program it needs, beside rclpy and
-evac_msgs, `pip install gymnasium stable-baselines3 tqdm rich`; beside a running `sim_node`:
+`EvacEnv` lets any Python learner train against `sim_node`. The program needs rclpy, evac_msgs and
+the packages from `pip install gymnasium stable-baselines3 tqdm rich`. Run it while a `sim_node` is
+running:
 
     ros2 run evac_bringup evac_gymnasium.py --steps 20000
 """
@@ -10,7 +11,7 @@ evac_msgs, `pip install gymnasium stable-baselines3 tqdm rich`; beside a running
 from __future__ import annotations
 
 import argparse
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 import gymnasium
 import numpy
@@ -20,8 +21,8 @@ HEIGHT, WIDTH, ACTIONS = 7, 20, 7
 Pixels = NDArray[numpy.uint8]
 
 
-class Answer(Protocol):
-    """What a step comes to: the fields of evac_msgs/srv/Step's response."""
+class StepResult(Protocol):
+    """The result of a step: fields of the response of evac_msgs/srv/Step."""
 
     reward: float
     terminated: bool
@@ -29,47 +30,49 @@ class Answer(Protocol):
     blocked: bool
 
 
-class RoomClient(Protocol):
-    """Whoever calls the simulator: `room.Room`, or another client of its services."""
+class Simulator(Protocol):
+    """A client of the simulator: `room.SimulatorClient`, or one that uses another DDS library."""
 
     def reset(self, seed: int = 0, scenario: str = "") -> Pixels:
-        """Begins an episode; the first image."""
+        """Begins an episode and returns its first image."""
 
-    def step(self, action: int) -> tuple[Pixels, Answer]:
-        """Takes a step; the image after it, and the answer."""
+    def step(self, action: int) -> tuple[Pixels, StepResult]:
+        """Executes an action and returns the next image and the result."""
 
     def close(self) -> None:
-        """Nobody will call any more."""
+        """Releases the client."""
 
 
 class EvacEnv(gymnasium.Env[Pixels, numpy.int64]):
-    """The room: one sees 7 x 20 pixels, turns and steps seven ways, and is to find the exit.
+    """A room that the robot has to leave, guided by its camera alone.
 
-    A step costs 0.1, and nothing at the exit, where an episode is terminated. It is truncated after
-    as many steps as the simulator's parameter `max_steps` says.
+    An observation is an RGB image, `[7, 20, 3]` uint8. Each of the seven actions is a turn followed
+    by a step of 0.1524 m. The reward of a step is -0.1, or 0 if it reaches the exit, which
+    terminates the episode. The simulator's parameter `max_steps` is the number of steps after which
+    an episode is truncated.
     """
 
-    metadata = {"render_modes": ["rgb_array"], "render_fps": 2}
+    metadata: ClassVar[dict[str, object]] = {"render_modes": ["rgb_array"], "render_fps": 2}
 
     def __init__(
         self,
-        room: RoomClient | None = None,
+        simulator: Simulator | None = None,
         scenario: str = "",
         render_mode: str | None = None,
     ) -> None:
-        """An environment in a room, by default that of `room.Room`.
+        """Uses the given client of the simulator, by default a `room.SimulatorClient`.
 
-        Without a name, the simulator keeps its own scenario.
+        An empty `scenario` keeps the simulator's current one.
         """
-        if room is None:
-            # Not above: another client needs no rclpy.
+        if simulator is None:
+            # Imported here, because other clients do not need rclpy.
             import rclpy
-            from room import Room
+            from room import SimulatorClient
 
             if not rclpy.ok():
                 rclpy.init()
-            room = Room("evac_gymnasium")
-        self.room = room
+            simulator = SimulatorClient("evac_gymnasium")
+        self.simulator = simulator
         self.scenario = scenario
         self.render_mode = render_mode
         self.observation_space = gymnasium.spaces.Box(0, 255, (HEIGHT, WIDTH, 3), numpy.uint8)
@@ -79,49 +82,50 @@ class EvacEnv(gymnasium.Env[Pixels, numpy.int64]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Pixels, dict[str, Any]]:
-        """Begins an episode, which follows from the seed or from those before it.
+        """Begins an episode and returns its first image.
 
-        The option `scenario` chooses another one from now on.
+        `seed` determines this episode and all later ones until the next seed. The option `scenario`
+        selects the scenario from this episode on.
         """
         super().reset(seed=seed)
         self.scenario = (options or {}).get("scenario", self.scenario)
-        # The simulator takes 0 for "as you like".
-        own = int(self.np_random.integers(1, 2**63))
-        self.image = self.room.reset(own, self.scenario)
+        # Never 0, which would make the simulator use its own random state.
+        episode_seed = int(self.np_random.integers(1, 2**63))
+        self.image = self.simulator.reset(episode_seed, self.scenario)
         return self.image, {}
 
     def step(self, action: numpy.int64) -> tuple[Pixels, float, bool, bool, dict[str, Any]]:
-        """Takes a step with one of the actions, 0 (135 degrees right) to 6 (135 degrees left)."""
-        self.image, taken = self.room.step(int(action))
-        # In the simulator's float32, -0.1 is a little more or less.
-        reward = round(float(taken.reward), 6)
-        return self.image, reward, taken.terminated, taken.truncated, {"blocked": taken.blocked}
+        """Executes an action, 0 (135 degrees right) to 6 (135 degrees left)."""
+        self.image, result = self.simulator.step(int(action))
+        # The response stores -0.1 as an inexact float32; rounding restores the value.
+        reward = round(float(result.reward), 6)
+        return self.image, reward, result.terminated, result.truncated, {"blocked": result.blocked}
 
     def render(self) -> Pixels | None:
-        """What the camera sees."""
+        """Returns the latest camera image."""
         return self.image if self.render_mode == "rgb_array" else None
 
     def close(self) -> None:
-        """Leaves the room."""
-        self.room.close()
+        """Closes the client of the simulator."""
+        self.simulator.close()
 
 
 def main() -> None:
-    """Trains, and says how the last episodes went."""
+    """Trains a DQN and prints the mean length of the first and last tenth of the episodes."""
     import torch
     from stable_baselines3 import DQN
     from stable_baselines3.common.monitor import Monitor
 
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--steps", type=int, default=20_000, help="how many to train")
-    parser.add_argument("--scenario", default="empty", help="one of the simulator's")
-    parser.add_argument("--seed", type=int, default=0, help="of the episodes and of the learner")
-    # ROS adds arguments of its own.
+    parser.add_argument("--steps", type=int, default=20_000, help="number of training steps")
+    parser.add_argument("--scenario", default="empty", help="scenario of the simulator")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the episodes and the learner")
+    # ROS may add its own arguments.
     arguments, _ = parser.parse_known_args()
 
-    # A network so small is fastest on one thread, and the simulator wants the other.
+    # More threads do not speed up a network of this size; they slow down the simulator.
     torch.set_num_threads(1)
-    # Stable-Baselines3's convolutions are for larger images.
+    # The image is too small for the convolutions of Stable-Baselines3, so it is flattened.
     flat = gymnasium.spaces.Box(0, 1, (HEIGHT * WIDTH * 3,), numpy.float32)
     env = Monitor(
         gymnasium.wrappers.TransformObservation(
@@ -138,7 +142,7 @@ def main() -> None:
     lengths = env.get_episode_lengths()
     tenth = max(1, len(lengths) // 10)
     first, last = numpy.mean(lengths[:tenth]), numpy.mean(lengths[-tenth:])
-    print(f"{len(lengths)} episodes: {first:.1f} steps each at first, {last:.1f} at last")
+    print(f"{len(lengths)} episodes: {first:.1f} steps each at the start, {last:.1f} at the end")
     env.close()
 
 

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Evac's simulator as something to call: a client of /reset and /step in rclpy.
+"""An rclpy client for /reset and /step, the services of Evac's simulator.
 
-As a program it takes some steps by hand and shows what the robot sees. In a workspace with
-evac_msgs, beside a running `sim_node`:
+The program takes random steps and shows the camera images in the terminal. Run it in a workspace
+with evac_msgs while a `sim_node` is running:
 
     ros2 run evac_bringup room.py
 """
@@ -22,19 +22,23 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.task import Future
 from sensor_msgs.msg import Image
 
-# An answer that takes so long was lost: a request is repeated then, which executes nothing twice.
-PATIENCE_S = 1.0
+# A request is sent again if there is no response within this time. The simulator executes it once.
+RETRY_AFTER_S = 1.0
 
 
-class Refused(Exception):
-    """The simulator has refused a request, and says why."""
+class RequestRefusedError(Exception):
+    """The simulator refused a request; the message gives the reason."""
 
 
-class Room:
-    """The simulator behind the services `reset` and `step`."""
+class SimulatorClient:
+    """A client of the simulator's services `reset` and `step`."""
 
     def __init__(self, name: str = "room_client", timeout_s: float = 30.0) -> None:
-        """Waits for the simulator, at most `timeout_s` seconds; so does every call."""
+        """Waits for the services of the simulator.
+
+        `timeout_s` limits the wait for each service and the duration of each call, in seconds. When
+        it is exceeded, TimeoutError is raised.
+        """
         self.node = rclpy.create_node(name)
         self.timeout_s = timeout_s
         self.executor = SingleThreadedExecutor()
@@ -43,36 +47,36 @@ class Room:
         self.steps = self.node.create_client(Step, "step")
         for client in (self.resets, self.steps):
             if not client.wait_for_service(timeout_s):
-                raise TimeoutError(f"nobody serves {client.srv_name}: is sim_node running?")
-        # The upper half of its numbers is a program's name: no other has the same.
+                raise TimeoutError(f"service not found: {client.srv_name} (is sim_node running?)")
+        # The upper 32 bits identify this client; the lower 32 bits count its requests.
         self.request = random.getrandbits(31) << 32
         self.episode = 0
         self.step_number = 0
 
     def reset(self, seed: int = 0, scenario: str = "") -> NDArray[numpy.uint8]:
-        """Begins an episode; the first image, [7, 20, (red, green, blue)].
+        """Begins an episode and returns its first image, `[7, 20, 3]` RGB.
 
-        Everything random in it follows from the seed; with 0 it is another one each time. Without
-        the name of a scenario the simulator keeps its own.
+        `seed` determines everything random in the episode; 0 uses the simulator's own random state.
+        An empty `scenario` keeps the current one.
         """
         self.request += 1
-        begun = self._call(
+        response = self._call(
             self.resets, Reset.Request(request=self.request, seed=seed, scenario=scenario)
         )
-        self.episode, self.step_number = begun.episode, 0
-        return pixels(begun.image)
+        self.episode, self.step_number = response.episode, 0
+        return pixels(response.image)
 
     def step(self, action: int) -> tuple[NDArray[numpy.uint8], Step.Response]:
-        """Takes a step with an action, 0 to 6: the image after it, and all of the answer."""
+        """Executes an action, 0 to 6, and returns the next image and the whole response."""
         number = self.step_number + 1
-        taken = self._call(
+        response = self._call(
             self.steps, Step.Request(episode=self.episode, step=number, action=action)
         )
         self.step_number = number
-        return pixels(taken.image), taken
+        return pixels(response.image), response
 
     def close(self) -> None:
-        """Leaves the graph."""
+        """Destroys the node."""
         self.executor.shutdown()
         self.node.destroy_node()
 
@@ -80,32 +84,32 @@ class Room:
         deadline = time.monotonic() + self.timeout_s
         while time.monotonic() < deadline:
             future = client.call_async(request)
-            self._spin_until(future, min(deadline, time.monotonic() + PATIENCE_S))
+            self._spin_until(future, min(deadline, time.monotonic() + RETRY_AFTER_S))
             if not future.done():
                 client.remove_pending_request(future)
                 continue
             response = future.result()
             if not response.success:
-                raise Refused(response.message)
+                raise RequestRefusedError(response.message)
             return response
-        raise TimeoutError(f"no answer from {client.srv_name} within {self.timeout_s:g} s")
+        raise TimeoutError(f"no response from {client.srv_name} within {self.timeout_s:g} s")
 
     def _spin_until(self, future: Future, end: float) -> None:
-        # Not spin_until_future_complete: in Jazzy each call of it leaves work to the next ones.
+        # Not spin_until_future_complete, which in Jazzy leaves work behind for later calls.
         while not future.done() and time.monotonic() < end:
-            # Ctrl-C or SIGTERM: without the context no answer comes any more.
+            # After Ctrl-C or SIGTERM the context is shut down, and no response can arrive.
             if not rclpy.ok():
                 raise ExternalShutdownException
             self.executor.spin_once(timeout_sec=max(0.0, end - time.monotonic()))
 
 
 def pixels(image: Image) -> NDArray[numpy.uint8]:
-    """The pixels of an image in rgb8 without padding, [rows, columns, (red, green, blue)]."""
+    """Returns the pixels of an rgb8 image without padding, `[rows, columns, 3]`."""
     return numpy.frombuffer(image.data, numpy.uint8).reshape(image.height, image.width, 3)
 
 
 def drawing(image: NDArray[numpy.uint8]) -> str:
-    """An image for a terminal that knows colours: two rows of pixels a line, the last one alone."""
+    """Returns an image as text for a colour terminal, with two rows of pixels per line."""
     lines = []
     for row in range(0, len(image), 2):
         line = ""
@@ -120,24 +124,24 @@ def drawing(image: NDArray[numpy.uint8]) -> str:
 
 
 def main() -> None:
-    """Takes random steps until the episode is over, 20 at most."""
+    """Takes random steps until the episode ends, but at most 20."""
     rclpy.init()
-    room = Room()
+    simulator = SimulatorClient()
     try:
-        print(drawing(room.reset(seed=7)))
+        print(drawing(simulator.reset(seed=7)))
         for _ in range(20):
             action = random.randrange(7)
-            image, taken = room.step(action)
-            blocked = ", blocked" if taken.blocked else ""
-            print(f"step {taken.step}: action {action}, reward {taken.reward:g}{blocked}")
+            image, response = simulator.step(action)
+            blocked = ", blocked" if response.blocked else ""
+            print(f"step {response.step}: action {action}, reward {response.reward:g}{blocked}")
             print(drawing(image))
-            if taken.terminated or taken.truncated:
-                print("the exit" if taken.terminated else "no more steps")
+            if response.terminated or response.truncated:
+                print("terminated at the exit" if response.terminated else "truncated")
                 break
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     finally:
-        room.close()
+        simulator.close()
         rclpy.try_shutdown()
 
 

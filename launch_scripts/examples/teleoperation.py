@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Drives the robot by the arrow keys, and shows what it sees.
+"""Drives the robot with the keyboard and shows its camera image in the terminal.
 
-It does what the agent does in `drive`: it hears /camera/image and says /action. So it drives the
-simulator and a robot alike. In a workspace with evac_msgs, beside a running `sim_node`:
+Like `agent_node drive`, it subscribes to /camera/image and publishes to /action, so it works with
+the simulator and a real robot alike. Run it in a workspace with evac_msgs while a `sim_node` is
+running:
 
     ros2 run evac_bringup teleoperation.py
 """
@@ -34,22 +35,21 @@ KEYS = {
     "c": ActionCommand.TURN_RIGHT_135,
 }
 HELP = """\
-Every key turns the robot and takes it a step forward:
-  up                     straight on
-  left, right            45 degrees
+Keys (a movement key turns the robot, then moves it one step forward):
+  up                     no turn
+  left, right            45 degrees to the left, to the right
   a, d                   90 degrees to the left, to the right
-  z, c                   135 degrees
-  r                      begins a new episode (of the simulator)
-  q                      ends
+  z, c                   135 degrees to the left, to the right
+  r                      begin a new episode (simulator only)
+  q                      quit
 """
 HOME_AND_CLEAR = "\x1b[H\x1b[J"
 
 
 class Teleoperation(Node):
-    """The robot at the other end of the keys."""
+    """Shows camera images and publishes the action of each key."""
 
     def __init__(self) -> None:
-        """A node that has seen nothing yet."""
         super().__init__("teleoperation")
         self.latest: Image | None = None
         self.answered = False
@@ -58,52 +58,52 @@ class Teleoperation(Node):
         self.create_subscription(Image, "camera/image", self.on_image, qos_profile_sensor_data)
 
     def on_image(self, image: Image) -> None:
-        """Shows what the robot sees."""
+        """Shows the image."""
         if (image.encoding, image.step) != ("rgb8", 3 * image.width):
             self.get_logger().error(
-                f"an image in {image.encoding} with rows of {image.step} bytes: expected rgb8 and"
-                f" {3 * image.width}", throttle_duration_sec=5.0
+                f"camera/image: encoding '{image.encoding}', step {image.step}"
+                f" (expected: 'rgb8', {3 * image.width})", throttle_duration_sec=5.0
             )
             return
         self.latest, self.answered = image, False
         print(HOME_AND_CLEAR + HELP + drawing(pixels(image)), flush=True)
 
     def press(self, key: str) -> None:
-        """Does what a key is for."""
+        """Executes the command assigned to a key; ignores other keys."""
         if key == "r":
-            # Whatever comes of it comes as an image.
+            # The response is not needed: a reset publishes its image.
             self.resets.call_async(Reset.Request())
         elif key in KEYS and self.latest is not None and not self.answered:
             command = ActionCommand(action=KEYS[key])
-            # The image that is answered: one that is older than the robot's last move is refused.
+            # The robot refuses a command for an image from before its last move.
             command.header.stamp = self.latest.header.stamp
             self.actions.publish(command)
             self.answered = True
 
 
-def pressed() -> str | None:
-    """The key that was pressed last, if one was; an arrow is three characters."""
+def read_key() -> str | None:
+    """Returns the key that was pressed last, or None. An arrow key is three characters."""
     if not select.select([sys.stdin], [], [], 0)[0]:
         return None
-    # Not by sys.stdin, which would keep from select what it has read ahead.
+    # Not sys.stdin.read, which would buffer input that select cannot see.
     text = os.read(sys.stdin.fileno(), 64).decode(errors="replace")
     keys = re.findall(r"\x1b\[[A-D]|.", text)
     return keys[-1] if keys else None
 
 
 def main() -> None:
-    """Drives until q or Ctrl-C."""
+    """Runs until q or Ctrl-C."""
     if not sys.stdin.isatty():
-        sys.exit("teleoperation: the keys are read from a terminal, and standard input is none")
+        sys.exit("teleoperation: standard input is not a terminal: run the program in a terminal")
     rclpy.init()
     node = Teleoperation()
     before = termios.tcgetattr(sys.stdin)
-    print(HELP + "There is no image yet: r brings one from the simulator.")
+    print(HELP + "No image received yet; r makes the simulator publish one.")
     try:
         tty.setcbreak(sys.stdin)
         while rclpy.ok():
             rclpy.spin_once(node, timeout_sec=0.02)
-            key = pressed()
+            key = read_key()
             if key == "q":
                 break
             if key is not None:

@@ -1,6 +1,8 @@
-"""Drives with a trained model: ros2 launch evac_bringup drive.launch.py model:=runs/empty-robust-seed0.
+"""Drives with a trained model.
 
-'evac drive' starts the nodes, watches them and ends them; its --help has all options.
+    ros2 launch evac_bringup drive.launch.py model:=runs/empty-robust-seed0
+
+'evac drive' starts, supervises and stops the nodes; 'evac drive --help' lists all options.
 """
 
 from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
@@ -10,19 +12,19 @@ from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
 
-# Empty: as 'evac drive' has it.
+# Options that are passed on to 'evac drive'. An empty value keeps the default.
 OPTIONS = {
-    "model": "the directory of a training",
-    "scenario": "the simulator's room",
-    "seed": "other rooms",
-    "frame_rate": "images a second",
-    "motion_time": "how long a move of the simulator's robot takes, in seconds",
-    "settle_time": "how long after an image that it has answered the agent waits, in seconds",
+    "model": "directory of a training run",
+    "scenario": "scenario of the simulator; default: that of the training run",
+    "seed": "random seed of the simulator",
+    "frame_rate": "images per second from the simulator",
+    "motion_time": "duration of a move in the simulator, in seconds",
+    "settle_time": "minimum difference, in seconds, between the stamps of two images that the agent acts on",
 }
 
 
 def evac(context: LaunchContext) -> list[LaunchDescriptionEntity]:
-    """The launcher, with the options that were given."""
+    """Returns the launcher process with the given options."""
     values = {name: LaunchConfiguration(name).perform(context) for name in OPTIONS}
     options = [f"--{name.replace('_', '-')}={value}" for name, value in values.items() if value]
     if LaunchConfiguration("simulator").perform(context).lower() == "false":
@@ -33,22 +35,22 @@ def evac(context: LaunchContext) -> list[LaunchDescriptionEntity]:
             executable="evac",
             arguments=["drive", *options],
             output="screen",
-            on_exit=Shutdown(reason="the drive has ended"),
+            on_exit=Shutdown(reason="evac drive has exited"),
         )
     ]
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Describes the launch."""
-    declared = [
+    """Returns the launch description."""
+    arguments = [
         DeclareLaunchArgument(name, default_value="", description=description)
         for name, description in OPTIONS.items()
     ]
     simulator = DeclareLaunchArgument(
-        "simulator", default_value="true", description="a simulator takes the robot's place"
+        "simulator", default_value="true", description="start a simulator; false: drive a robot"
     )
-    show = DeclareLaunchArgument(
-        "rviz", default_value="false", description="show room, robot, path and image in RViz"
+    use_rviz = DeclareLaunchArgument(
+        "rviz", default_value="false", description="show room, robot, path and camera image in RViz"
     )
     configuration = PathJoinSubstitution([FindPackageShare("evac_bringup"), "rviz", "evac.rviz"])
     rviz = Node(
@@ -57,4 +59,4 @@ def generate_launch_description() -> LaunchDescription:
         arguments=["-d", configuration],
         condition=IfCondition(LaunchConfiguration("rviz")),
     )
-    return LaunchDescription([*declared, simulator, show, OpaqueFunction(function=evac), rviz])
+    return LaunchDescription([*arguments, simulator, use_rviz, OpaqueFunction(function=evac), rviz])

@@ -1,6 +1,8 @@
-"""Trains, then tests: ros2 launch evac_bringup train.launch.py scenario:=concave.
+"""Trains the agent, then evaluates it.
 
-'evac train' starts the nodes, watches them and ends them; its --help has all options.
+    ros2 launch evac_bringup train.launch.py scenario:=concave
+
+'evac train' starts, supervises and stops the nodes; 'evac train --help' lists all options.
 """
 
 from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
@@ -10,21 +12,21 @@ from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
 
-# Empty: as 'evac train' has it.
+# Options that are passed on to 'evac train'. An empty value keeps the default.
 OPTIONS = {
-    "scenario": "the room, or mixed: one of all, drawn for each episode",
-    "preset": "the hyperparameters: robust or paper",
-    "episodes": "training episodes",
-    "seed": "the run is a function of it",
-    "evaluation_episodes": "episodes of the test after the training",
-    "simulators": "how many simulators the agent learns in at once",
-    "out": "where the run's files go",
-    "resume": "go on from the checkpoint in out: true or false",
+    "scenario": "scenario of all episodes, or mixed to draw one for each episode",
+    "preset": "hyperparameters: robust or paper",
+    "episodes": "number of training episodes",
+    "seed": "random seed of the run",
+    "evaluation_episodes": "number of evaluation episodes after training",
+    "simulators": "number of simulators that the agent trains in at the same time",
+    "out": "output directory of the run",
+    "resume": "continue from the checkpoint in out: true or false",
 }
 
 
 def evac(context: LaunchContext) -> list[LaunchDescriptionEntity]:
-    """The launcher, with the options that were given."""
+    """Returns the launcher process with the given options."""
     values = {name: LaunchConfiguration(name).perform(context) for name in OPTIONS}
     options = [f"--{name.replace('_', '-')}={value}" for name, value in values.items() if value]
     return [
@@ -33,19 +35,19 @@ def evac(context: LaunchContext) -> list[LaunchDescriptionEntity]:
             executable="evac",
             arguments=["train", *options],
             output="screen",
-            on_exit=Shutdown(reason="the training has ended"),
+            on_exit=Shutdown(reason="evac train has exited"),
         )
     ]
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Describes the launch."""
-    declared = [
+    """Returns the launch description."""
+    arguments = [
         DeclareLaunchArgument(name, default_value="", description=description)
         for name, description in OPTIONS.items()
     ]
-    show = DeclareLaunchArgument(
-        "rviz", default_value="false", description="show room, robot, path and image in RViz"
+    use_rviz = DeclareLaunchArgument(
+        "rviz", default_value="false", description="show room, robot, path and camera image in RViz"
     )
     configuration = PathJoinSubstitution([FindPackageShare("evac_bringup"), "rviz", "evac.rviz"])
     rviz = Node(
@@ -54,4 +56,4 @@ def generate_launch_description() -> LaunchDescription:
         arguments=["-d", configuration],
         condition=IfCondition(LaunchConfiguration("rviz")),
     )
-    return LaunchDescription([*declared, show, OpaqueFunction(function=evac), rviz])
+    return LaunchDescription([*arguments, use_rviz, OpaqueFunction(function=evac), rviz])

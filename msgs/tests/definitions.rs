@@ -1,27 +1,27 @@
-//! What ROS builds from this directory is what Cargo builds, and the hashes are those of ROS.
+//! Checks that ROS and Cargo build the same definitions with the same type hashes.
 
 use std::{fs, path::Path};
 
 use evac_msgs::{DEFINITIONS, status};
 use ros_interfaces::Interfaces;
 
-/// The full name and the hash of each type, as rosidl 4.6 of ROS 2 Jazzy computes it:
-/// rosidl_generator_type_description writes it to `evac_msgs/msg/TYPE.json`.
-const HASHES_OF_ROS: &str = include_str!("type_hashes.txt");
+/// The full name and type hash of every type, as computed by rosidl 4.6 (ROS 2 Jazzy):
+/// rosidl_generator_type_description writes the hash to `evac_msgs/msg/TYPE.json`.
+const ROS_HASHES: &str = include_str!("type_hashes.txt");
 
 #[test]
-fn every_hash_is_that_of_ros() {
-    let interfaces = Interfaces::with(DEFINITIONS).expect("the definitions are well-formed");
+fn type_hashes_match_ros() {
+    let interfaces = Interfaces::with(DEFINITIONS).expect("the definitions are valid");
     let hashes = DEFINITIONS
         .iter()
-        .map(|(name, _)| format!("{name} {}", interfaces.hash(name).expect("it is defined")));
-    assert_eq!(hashes.collect::<Vec<_>>(), HASHES_OF_ROS.lines().collect::<Vec<_>>());
+        .map(|(name, _)| format!("{name} {}", interfaces.hash(name).expect("the type is defined")));
+    assert_eq!(hashes.collect::<Vec<_>>(), ROS_HASHES.lines().collect::<Vec<_>>());
 }
 
 #[test]
-fn a_service_stands_on_its_three_messages() {
-    let interfaces = Interfaces::with(DEFINITIONS).expect("the definitions are well-formed");
-    let description = interfaces.describe("evac_msgs/srv/Step").expect("it is defined");
+fn a_service_references_its_three_messages() {
+    let interfaces = Interfaces::with(DEFINITIONS).expect("the definitions are valid");
+    let description = interfaces.describe("evac_msgs/srv/Step").expect("the type is defined");
     let fields = description.type_description.fields.iter();
     let fields: Vec<_> =
         fields.map(|f| (f.name.as_str(), f.r#type.nested_type_name.as_str())).collect();
@@ -55,23 +55,23 @@ fn a_service_stands_on_its_three_messages() {
     );
 }
 
-/// A definition that is not in the list of CMakeLists.txt is one that other nodes do not have.
+/// ROS 2 builds only the definitions listed in CMakeLists.txt.
 #[test]
-fn ros_builds_every_definition() {
+fn cmake_lists_every_definition() {
     let cmake = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("CMakeLists.txt"));
-    let cmake = cmake.expect("CMakeLists.txt is there");
+    let cmake = cmake.expect("CMakeLists.txt exists");
     let built: Vec<&str> =
         cmake.lines().filter_map(|line| line.trim().strip_prefix('"')?.strip_suffix('"')).collect();
-    // evac_msgs/msg/QValues is msg/QValues.msg.
+    // For example, evac_msgs/msg/QValues is defined in msg/QValues.msg.
     let defined = DEFINITIONS.iter().map(|(name, _)| {
-        let (_, path) = name.split_once('/').expect("a package");
+        let (_, path) = name.split_once('/').expect("the name starts with a package");
         format!("{path}.{}", &path[..3])
     });
     assert_eq!(built, defined.collect::<Vec<_>>());
 }
 
 #[test]
-fn a_status_is_called_what_the_definition_calls_it() {
+fn status_names_match_the_definitions() {
     assert_eq!((status::name(0), status::name(8)), ("OK", "SUPERSEDED"));
-    assert_eq!(status::name(9), "an unknown status");
+    assert_eq!(status::name(9), "unknown status");
 }

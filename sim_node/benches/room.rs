@@ -1,4 +1,4 @@
-//! A step of the simulator, and its parts: `cargo bench --package sim_node`.
+//! Benchmarks of the simulator without ROS: `cargo bench --package sim_node`.
 
 use std::num::NonZeroU64;
 
@@ -14,23 +14,23 @@ fn main() {
 }
 
 fn world(scenario: Scenario) -> World {
-    World::new(WorldSettings::default(), scenario, 1).expect("nothing is held fixed")
+    World::new(WorldSettings::default(), scenario, 1).expect("a random layout is valid")
 }
 
 fn camera() -> Camera {
-    Camera::new(CameraSettings::default()).expect("the default mount is possible")
+    Camera::new(CameraSettings::default()).expect("the default settings are valid")
 }
 
-/// One action after another, and the frame of each; a new episode after the end of one.
+/// Measures a step and the frame after it, plus a reset when an episode ends.
 #[divan::bench(args = Scenario::ALL, sample_size = 1000)]
 fn step_with_frame(bencher: Bencher, scenario: Scenario) {
     let (mut world, camera) = (world(scenario), camera());
     let mut actions = Action::ALL.into_iter().cycle();
     bencher.bench_local(|| -> Frame {
         if world.is_over() {
-            world.reset(None, None).expect("nothing is held fixed");
+            world.reset(None, None).expect("a random layout is valid");
         }
-        let action = actions.next().expect("a cycle has no end");
+        let action = actions.next().expect("a cycle is endless");
         world.step(action).expect("the episode is not over");
         camera.render(&world)
     });

@@ -1,14 +1,14 @@
-//! The simulator of Evac: a room with an exit, a robot that wants to leave it, and the camera that
-//! the robot sees through.
+//! The simulator of Evac: a room with an exit, obstacles, and a robot with a camera.
 //!
-//! - [`world`]: the room, its obstacles, the robot, and the rules of an episode;
-//! - [`camera`]: what the robot's camera sees of a [`world::World`].
+//! - [`world`]: the room, the obstacles, the robot, and the rules of an episode.
+//! - [`camera`]: renders the image of the robot's camera from a [`world::World`].
+//! - [`ros`]: the ROS 2 node.
 //!
-//! Both are plain computation that knows no ROS: a seed and a list of actions give the same
-//! numbers and the same bytes on every machine. For that, trigonometry comes from libm (through
-//! nalgebra or directly), never from `std`, whose last bits depend on the platform.
+//! `world` and `camera` do not depend on ROS. The same seed and actions give the same numbers and
+//! bytes on every machine: trigonometric functions come from libm, through nalgebra, because the
+//! last bits of the results from `std` depend on the platform.
 //!
-//! Lengths are metres and angles radians, as REP-103 has them: x forward, y left, z up, angles
+//! Units and axes follow REP-103: metres, radians, x forward, y left, z up, angles
 //! counter-clockwise.
 
 pub mod camera;

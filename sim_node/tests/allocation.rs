@@ -1,4 +1,5 @@
-//! A step and its frame allocate nothing: memory does not grow, and no step waits for the allocator.
+//! Tests that steps and frames do not allocate, so memory does not grow and no step waits for the
+//! allocator.
 
 use std::num::NonZeroU64;
 
@@ -11,13 +12,13 @@ use sim_node::{
 use task::{Action, Scenario};
 
 #[test]
-fn a_step_and_its_frame_allocate_nothing() {
+fn steps_and_frames_do_not_allocate() {
     let camera = Camera::new(CameraSettings::default()).unwrap();
     for scenario in Scenario::ALL {
         let mut world = World::new(WorldSettings::default(), scenario, 1).unwrap();
         let mut seed = NonZeroU64::MIN;
         for number in 0..5000 {
-            // Whatever this sequence lacks in chance, it leads into walls, obstacles and the exit.
+            // A deterministic sequence that reaches walls, obstacles and the exit.
             let action = Action::ALL[(number * number / 7) % Action::COUNT];
             let allocated = allocation_counter::measure(|| {
                 world.step(action).unwrap();
@@ -32,17 +33,17 @@ fn a_step_and_its_frame_allocate_nothing() {
     }
 }
 
-/// The messages are made for whoever asked and for whoever reads; what a session keeps of an episode
-/// itself, its path, has its memory from the start.
+/// A response allocates memory only for its own message, because the session allocates the memory
+/// for the episode's path at the start.
 #[test]
-fn an_answer_allocates_no_more_at_the_end_of_an_episode_than_at_its_start() {
-    // Ahead is the wall, so that the episode lasts.
+fn a_response_allocates_as_much_at_the_end_of_an_episode_as_at_its_start() {
+    // The robot faces a wall: every step is blocked, so the episode reaches its step limit.
     let layout = Layout::from_lists(&[2.0, 0.0], &[], &[1.15, 0.0, 0.0]).unwrap();
     let settings = WorldSettings { layout, ..WorldSettings::default() };
     let world = World::new(settings, Scenario::Empty, 1).unwrap();
     let camera = Camera::new(CameraSettings::default()).unwrap();
     let (mut session, _) = Session::new(world, camera, 0.5);
-    let mut answer = || {
+    let mut execute_step = || {
         let request = step::Request { action: 3, ..step::Request::default() };
         let (response, _) = session.step(&request);
         assert!(response.blocked);
@@ -51,7 +52,7 @@ fn an_answer_allocates_no_more_at_the_end_of_an_episode_than_at_its_start() {
     let mut counts = Vec::with_capacity(10_000);
     let mut truncated = false;
     while !truncated {
-        let allocated = allocation_counter::measure(|| truncated = answer());
+        let allocated = allocation_counter::measure(|| truncated = execute_step());
         counts.push(allocated.count_total);
     }
     assert_eq!(counts.len(), 10_000);

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Tries random bytes on everything that reads what somebody else wrote.
+# Fuzzes everything that parses untrusted input.
 #
 #   tests/fuzz/run.sh [SECONDS] [TARGET...]    (default: 600 seconds for each target, one after another)
 
@@ -9,12 +9,12 @@ seconds=${1:-600}
 targets=("${@:2}")
 [[ ${#targets[@]} -gt 0 ]] || targets=(service_requests parameters yaml model checkpoint)
 
-# cargo fuzz takes options of a nightly compiler; this has a stable one take them, too.
+# Makes the stable compiler accept the nightly options that cargo-fuzz uses.
 export RUSTC_BOOTSTRAP=1
 ../../launch_scripts/setup.sh
 cargo run --quiet --release --locked --example seeds
 for target in "${targets[@]}"; do
-    # More than any valid input takes; and what hangs or takes a gigabyte for it is wrong.
+    # -max_len allows inputs larger than the seeds. An input that causes a hang or uses gigabytes is a failure.
     cargo fuzz run --fuzz-dir . "$target" -- -max_total_time="$seconds" -max_len=65536 \
         -timeout=20 -rss_limit_mb=2048
 done

@@ -1,9 +1,9 @@
-"""Encodes messages as CDR with `rosbags`, an encoder that shares no code with Evac's.
+"""Encodes messages as CDR with `rosbags`, which shares no code with Evac's encoder.
 
 Standard input is a JSON list of {"type": ..., "value": {...}}, where a type is a message
-("evac_msgs/msg/ActionCommand", "sensor_msgs/msg/Image") or one half of a service
+("evac_msgs/msg/ActionCommand", "sensor_msgs/msg/Image") or the request or response of a service
 ("evac_msgs/srv/Step_Request"). Standard output is a JSON list of the little-endian encodings, in
-hexadecimal digits, each with its encapsulation header of four bytes.
+hexadecimal digits, each with its four-byte encapsulation header.
 """
 
 import argparse
@@ -20,7 +20,7 @@ from rosbags.typesys.store import Typestore
 
 
 def load_types(package: Path) -> Typestore:
-    """The standard types of ROS 2 Jazzy and those that evac_msgs defines in `package`."""
+    """Returns the standard types of ROS 2 Jazzy and those that evac_msgs defines in `package`."""
     store = get_typestore(Stores.ROS2_JAZZY)
     for path in package.glob("msg/*.msg"):
         store.register(get_types_from_msg(path.read_text(), f"evac_msgs/msg/{path.stem}"))
@@ -33,21 +33,21 @@ def load_types(package: Path) -> Typestore:
 
 
 def stored_name(ros_type: str) -> str:
-    """The name of a type in rosbags, which knows messages only: a service is two of them."""
+    """Returns the name of a type in rosbags, which represents a service as two messages."""
     return ros_type.replace("/srv/", "/msg/")
 
 
 def build(store: Typestore, name: str, value: dict[str, Any]) -> object:
-    """The message of type `name` with the fields of a JSON object: all of its own, no others."""
+    """Returns a message of type `name` from a JSON object with exactly the same fields."""
     fields = dict(store.fielddefs[name][1])
     if fields.keys() != value.keys():
-        raise ValueError(f"{name} has the fields {[*fields]}, not {[*value]}")
+        raise ValueError(f"{name}: fields are {[*value]} (expected: {[*fields]})")
     arguments = {field: build_field(store, fields[field], value[field]) for field in fields}
     return store.types[name](**arguments)
 
 
 def build_field(store: Typestore, description: FieldDesc, value: Any) -> Any:
-    """The value of one field: rosbags wants numpy arrays for numbers and objects for messages."""
+    """Returns a field value for rosbags, with numpy arrays for numbers and objects for messages."""
     if description[0] == Nodetype.BASE:
         return value
     if description[0] == Nodetype.NAME:
@@ -59,7 +59,7 @@ def build_field(store: Typestore, description: FieldDesc, value: Any) -> Any:
 
 
 def main() -> None:
-    """Encodes what standard input asks for."""
+    """Encodes the messages from standard input."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("package", type=Path, help="the directory of evac_msgs, with msg and srv")
     store = load_types(parser.parse_args().package)

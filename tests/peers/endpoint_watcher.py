@@ -1,8 +1,8 @@
-"""Reads with CycloneDDS what discovery announces of the endpoints of other participants.
+"""Lists the endpoints that CycloneDDS discovers in the domain given by ROS_DOMAIN_ID.
 
-Waits until every topic that is named has an endpoint, then prints one line of JSON: a list of kind
-("writer" or "reader"), topic, type and USER_DATA of each endpoint. What CycloneDDS complains of, such
-as a malformed packet, it writes to standard error. The domain is that of ROS_DOMAIN_ID.
+Waits until each of the given topics has an endpoint, then prints one line of JSON: a list with the
+kind ("writer" or "reader"), topic, type and USER_DATA of each endpoint. CycloneDDS writes warnings,
+for example about malformed packets, to standard error.
 """
 
 import argparse
@@ -16,15 +16,14 @@ from cyclonedds.builtin import (
     BuiltinTopicDcpsSubscription,
 )
 from cyclonedds.qos import Policy
-
 from reading import Participant
 
 
 def main() -> None:
-    """Watches as the arguments say."""
+    """Parses the arguments and waits for the endpoints."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("topics", nargs="+", help="their names in DDS, such as rt/camera/image")
-    parser.add_argument("--timeout", type=float, default=20.0, help="seconds to wait at most")
+    parser.add_argument("topics", nargs="+", help="DDS topic names such as rt/camera/image")
+    parser.add_argument("--timeout", type=float, default=20.0, help="timeout in seconds")
     arguments = parser.parse_args()
 
     participant = Participant()

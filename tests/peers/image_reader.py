@@ -1,8 +1,8 @@
-"""Reads camera images over loopback with CycloneDDS, a DDS implementation of another house.
+"""Reads camera images over loopback with CycloneDDS, an independent DDS implementation.
 
-Waits for a number of frames and prints one line of JSON about them: their number, the shape,
-encoding and frame of the last one, and whether the stamps increase. Exits with 1 and says what was
-missing if they do not come in time. The domain is that of ROS_DOMAIN_ID.
+Waits for a number of images and prints one line of JSON: their number, the shape, encoding and
+frame of the last one, and whether the stamps increase. Exits with status 1 and an error if the
+images do not arrive before the timeout. The domain is given by ROS_DOMAIN_ID.
 """
 
 import argparse
@@ -11,23 +11,22 @@ import sys
 from itertools import islice, pairwise
 
 from cyclonedds.qos import Policy
-
 from reading import RELIABLE, Participant
 from ros_types import Image
 
 
 def stamp(image: Image) -> tuple[int, int]:
-    """The stamp of an image as a pair that compares like time."""
+    """Returns the stamp of an image as a comparable pair of seconds and nanoseconds."""
     return (image.header.stamp.sec, image.header.stamp.nanosec)
 
 
 def main() -> None:
-    """Reads images as the arguments say."""
+    """Parses the arguments and reads the images."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--frames", type=int, default=5, help="how many to wait for")
-    parser.add_argument("--timeout", type=float, default=20.0, help="seconds to wait at most")
+    parser.add_argument("--frames", type=int, default=5, help="number of images to wait for")
+    parser.add_argument("--timeout", type=float, default=20.0, help="timeout in seconds")
     parser.add_argument("--topic", default="/camera/image", help="the ROS name of the topic")
-    parser.add_argument("--best-effort", action="store_true", help="do not ask for lost frames")
+    parser.add_argument("--best-effort", action="store_true", help="use best-effort reliability")
     arguments = parser.parse_args()
 
     participant = Participant()
@@ -36,7 +35,7 @@ def main() -> None:
     images = list(islice(participant.samples(reader, arguments.timeout), arguments.frames))
     if len(images) < arguments.frames:
         sys.exit(
-            f"{len(images)} of {arguments.frames} frames came on {arguments.topic} in domain"
+            f"received {len(images)} of {arguments.frames} images on {arguments.topic} in domain"
             f" {participant.domain_id} within {arguments.timeout} s;"
             f" matching publishers: {len(reader.get_matched_publications())}"
         )

@@ -1,9 +1,10 @@
-"""Makes a keystore as `ros2 security` lays it out, for the domain of ROS_DOMAIN_ID, without ROS.
+"""Creates a keystore with the layout of `ros2 security`, without ROS.
 
-It has an authority of its own, and an enclave for each of a policy, with the permissions that the
-policy allows. Of the policy language it knows what evac.policy.xml uses: what is allowed, by topics
-and services. Beside governance.p7s there is unguarded.p7s, in which nobody's permissions count: with
-it in the other's place, a participant stops at nothing of its own accord.
+The keystore is for the domain given by ROS_DOMAIN_ID. It has its own certificate authority, and an
+enclave with permissions for each enclave of a policy. Only the part of the policy language that
+evac.policy.xml uses is supported: ALLOW for topics and services. In addition to governance.p7s,
+there is unguarded.p7s, which disables access control: a participant that uses it instead does not
+enforce its own permissions.
 """
 
 import argparse
@@ -16,14 +17,19 @@ from xml.etree import ElementTree
 from cryptography import x509
 from cryptography.hazmat.primitives import hashes
 from cryptography.hazmat.primitives.asymmetric import ec
-from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat, pkcs7
+from cryptography.hazmat.primitives.serialization import (
+    Encoding,
+    NoEncryption,
+    PrivateFormat,
+    pkcs7,
+)
 from cryptography.x509.oid import NameOID
 
 NOW = datetime.now(timezone.utc).replace(microsecond=0)
 BEGIN, END = NOW - timedelta(days=1), NOW + timedelta(days=1)
 SCHEMAS = "http://www.omg.org/spec/DDS-SECURITY/20170901"
 
-# As `ros2 security create_keystore` has it.
+# The same rules as `ros2 security create_keystore` writes, if {guarded} is "true".
 GOVERNANCE = """\
 <dds xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"
      xsi:noNamespaceSchemaLocation="{schemas}/omg_shared_ca_governance.xsd">
@@ -74,7 +80,7 @@ PERMISSIONS = """\
 
 
 class Identity:
-    """A key, and the certificate that says whose it is."""
+    """A private key and its certificate, self-signed if there is no issuer."""
 
     def __init__(self, name: str, issuer: "Identity | None" = None) -> None:
         self.name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
@@ -94,13 +100,13 @@ class Identity:
         )
 
     def write(self, certificate: Path, key: Path) -> None:
-        """Writes both as PEM."""
+        """Writes the certificate and the key as PEM."""
         certificate.write_bytes(self.certificate.public_bytes(Encoding.PEM))
         pem = self.key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption())
         key.write_bytes(pem)
 
     def sign(self, text: str) -> bytes:
-        """The text with a signature, as S/MIME."""
+        """Returns the text and its signature as S/MIME."""
         builder = pkcs7.PKCS7SignatureBuilder().set_data(text.encode())
         builder = builder.add_signer(self.certificate, self.key, hashes.SHA256())
         options = [pkcs7.PKCS7Options.Text, pkcs7.PKCS7Options.DetachedSignature]
@@ -108,7 +114,7 @@ class Identity:
 
 
 def absolute(profile: ElementTree.Element, name: str) -> str:
-    """A name of a profile's node, without its namespace if it has none."""
+    """Returns the fully qualified name of a topic or service that a profile names."""
     namespace = profile.attrib["ns"].rstrip("/")
     if name.startswith("/"):
         return name
@@ -118,31 +124,31 @@ def absolute(profile: ElementTree.Element, name: str) -> str:
 
 
 def topics(enclave: ElementTree.Element, direction: str) -> Iterator[str]:
-    """The topics of DDS that an enclave may publish or subscribe to."""
-    # What tells which node is of which participant.
+    """Yields the DDS topics that an enclave may use in a direction: "publish" or "subscribe"."""
+    # Maps nodes to participants; every ROS 2 node needs it.
     yield "ros_discovery_info"
-    asked, answered = ("request", "reply") if direction == "publish" else ("reply", "request")
+    client, server = ("request", "reply") if direction == "publish" else ("reply", "request")
     for profile in enclave.iter("profile"):
         for group in profile:
             names = [absolute(profile, item.text) for item in group]
             if group.attrib.get(direction) == "ALLOW":
                 yield from (f"rt{name}" for name in names)
-            if group.attrib.get(asked) == "ALLOW":
+            if group.attrib.get(client) == "ALLOW":
                 yield from (f"rq{name}Request" for name in names)
-            if group.attrib.get(answered) == "ALLOW":
+            if group.attrib.get(server) == "ALLOW":
                 yield from (f"rr{name}Reply" for name in names)
 
 
 def link(directory: Path, target: Path, name: str) -> None:
-    """A link to what the keystore has once."""
+    """Creates a relative link `name` to a file in the keystore."""
     (directory / name).symlink_to(os.path.relpath(target, directory))
 
 
 def main() -> None:
-    """Makes a keystore as the arguments say."""
+    """Parses the arguments and creates the keystore."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--policy", type=Path, required=True, help="a policy file of SROS2")
-    parser.add_argument("keystore", type=Path, help="its directory, which there is not yet")
+    parser.add_argument("--policy", type=Path, required=True, help="an SROS2 policy file")
+    parser.add_argument("keystore", type=Path, help="the directory to create")
     arguments = parser.parse_args()
 
     domain_id = os.environ.get("ROS_DOMAIN_ID", "0")

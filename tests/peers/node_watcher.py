@@ -1,8 +1,8 @@
-"""Hears with CycloneDDS what a node says of itself.
+"""Receives the diagnostics and parameter events of a node with CycloneDDS.
 
-Waits for a report of the node on /diagnostics, then for a change of a parameter on
-/parameter_events, and prints one line of JSON: the parts and levels of the report, and the new value
-of the parameter. Once it listens to both it says "listening" in a line of its own.
+Prints the line "listening" once both subscriptions match. Waits for a report from the node on
+/diagnostics, then for a change to a parameter on /parameter_events, and prints one line of JSON:
+the components and levels of the report, and the new value of the parameter.
 """
 
 import argparse
@@ -15,11 +15,11 @@ from ros_types import DiagnosticArray, ParameterEvent
 
 
 def main() -> None:
-    """Watches as the arguments say."""
+    """Parses the arguments and waits for the messages."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--node", required=True, help="its name, such as /sim_node")
-    parser.add_argument("--parameter", required=True, help="a parameter that holds a string")
-    parser.add_argument("--timeout", type=float, default=20.0, help="seconds to wait at most")
+    parser.add_argument("--node", required=True, help="full name of the node, such as /sim_node")
+    parser.add_argument("--parameter", required=True, help="name of a string parameter")
+    parser.add_argument("--timeout", type=float, default=20.0, help="timeout in seconds")
     arguments = parser.parse_args()
 
     participant = Participant()
@@ -28,14 +28,18 @@ def main() -> None:
     deadline = time.monotonic() + arguments.timeout
     while not (diagnostics.get_matched_publications() and events.get_matched_publications()):
         if time.monotonic() > deadline:
-            sys.exit(f"{arguments.node} does not publish what every node does")
+            sys.exit(
+                "no publisher on /diagnostics or none on /parameter_events in domain"
+                f" {participant.domain_id} within {arguments.timeout} s"
+            )
         time.sleep(0.01)
     print("listening", flush=True)
 
-    own = f"{arguments.node.rsplit('/', 1)[-1]}: "
+    prefix = f"{arguments.node.rsplit('/', 1)[-1]}: "
     parts: dict[str, int] = {}
     for report in participant.samples(diagnostics, arguments.timeout):
-        parts |= {s.name.removeprefix(own): s.level for s in report.status if s.name.startswith(own)}
+        statuses = [status for status in report.status if status.name.startswith(prefix)]
+        parts |= {status.name.removeprefix(prefix): status.level for status in statuses}
         if parts:
             break
     changed: list[str] = []

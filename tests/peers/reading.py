@@ -1,4 +1,4 @@
-"""Reading topics over loopback with CycloneDDS, a DDS implementation of another house."""
+"""Readers and writers over loopback with CycloneDDS, an independent DDS implementation."""
 
 import os
 import time
@@ -21,29 +21,29 @@ Sample = TypeVar("Sample", bound=IdlStruct)
 
 
 class Participant:
-    """A participant in the domain of ROS_DOMAIN_ID."""
+    """A participant in the domain given by ROS_DOMAIN_ID."""
 
     def __init__(self) -> None:
         self.domain_id = int(os.environ.get("ROS_DOMAIN_ID", "0"))
-        # Kept until the end: the configuration ends with the object.
+        # Kept alive, because the configuration is dropped with the object.
         self._domain = Domain(self.domain_id, LOOPBACK_ONLY)
         self.participant = DomainParticipant(self.domain_id)
 
     def reader(
         self, topic: str, kind: type[Sample], reliability: Policy = RELIABLE, prefix: str = "rt"
     ) -> DataReader[Sample]:
-        """A reader of a topic, by its ROS name; without the prefix, by its name in DDS."""
+        """Creates a reader for a topic given by its ROS name, or DDS name if `prefix` is empty."""
         qos = Qos(reliability, Policy.History.KeepAll)
         named = Topic(self.participant, f"{prefix}{topic}", kind)
         return DataReader(self.participant, named, qos)
 
     def writer(self, topic: str, kind: type[Sample]) -> DataWriter[Sample]:
-        """A reliable writer of a topic, by its name in DDS."""
+        """Creates a reliable writer for a topic given by its DDS name."""
         qos = Qos(RELIABLE, Policy.History.KeepAll)
         return DataWriter(self.participant, Topic(self.participant, topic, kind), qos)
 
     def samples(self, reader: DataReader[Sample], timeout_s: float) -> Iterator[Sample]:
-        """What comes to a reader within a time."""
+        """Yields the samples that a reader receives before the timeout."""
         new = ReadCondition(reader, ViewState.Any | InstanceState.Any | SampleState.NotRead)
         waiting = WaitSet(self.participant)
         waiting.attach(new)
@@ -51,6 +51,6 @@ class Participant:
         while (remaining_s := deadline - time.monotonic()) > 0:
             waiting.wait(duration(seconds=remaining_s))
             for sample in reader.take(1, condition=new):
-                # A publisher that leaves is announced by a sample without data.
+                # A departing publisher causes a sample without data.
                 if isinstance(sample, IdlStruct):
                     yield sample

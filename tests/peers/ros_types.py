@@ -1,4 +1,4 @@
-"""The ROS 2 messages that the peers read, under the names that ROS 2 gives their types in DDS."""
+"""The ROS 2 messages and services that the peers use, with their DDS type names."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from cyclonedds.idl.types import float32, float64, int32, int64, sequence, uint8
 
 @dataclass
 class Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
-    """A moment: whole seconds and the nanoseconds after them."""
+    """A time: seconds and nanoseconds."""
 
     sec: int32
     nanosec: uint32
@@ -16,7 +16,7 @@ class Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
 
 @dataclass
 class Header(IdlStruct, typename="std_msgs::msg::dds_::Header_"):
-    """When and in which frame the data of a message hold."""
+    """The stamp and coordinate frame of a message."""
 
     stamp: Time
     frame_id: str
@@ -24,7 +24,7 @@ class Header(IdlStruct, typename="std_msgs::msg::dds_::Header_"):
 
 @dataclass
 class Image(IdlStruct, typename="sensor_msgs::msg::dds_::Image_"):
-    """An uncompressed image, row by row from the top."""
+    """An uncompressed image in row-major order."""
 
     header: Header
     height: uint32
@@ -37,7 +37,7 @@ class Image(IdlStruct, typename="sensor_msgs::msg::dds_::Image_"):
 
 @dataclass
 class KeyValue(IdlStruct, typename="diagnostic_msgs::msg::dds_::KeyValue_"):
-    """A number, or whatever else, with its name."""
+    """A diagnostic value with its name."""
 
     key: str
     value: str
@@ -45,7 +45,7 @@ class KeyValue(IdlStruct, typename="diagnostic_msgs::msg::dds_::KeyValue_"):
 
 @dataclass
 class DiagnosticStatus(IdlStruct, typename="diagnostic_msgs::msg::dds_::DiagnosticStatus_"):
-    """How a part of a robot is."""
+    """The status of a component."""
 
     level: uint8
     name: str
@@ -56,7 +56,7 @@ class DiagnosticStatus(IdlStruct, typename="diagnostic_msgs::msg::dds_::Diagnost
 
 @dataclass
 class DiagnosticArray(IdlStruct, typename="diagnostic_msgs::msg::dds_::DiagnosticArray_"):
-    """How the parts of a robot are."""
+    """The statuses of several components."""
 
     header: Header
     status: sequence[DiagnosticStatus]
@@ -64,7 +64,7 @@ class DiagnosticArray(IdlStruct, typename="diagnostic_msgs::msg::dds_::Diagnosti
 
 @dataclass
 class ParameterValue(IdlStruct, typename="rcl_interfaces::msg::dds_::ParameterValue_"):
-    """The value of a parameter, in the field of its type."""
+    """The value of a parameter, in the field for its type."""
 
     type: uint8
     bool_value: bool
@@ -88,7 +88,7 @@ class Parameter(IdlStruct, typename="rcl_interfaces::msg::dds_::Parameter_"):
 
 @dataclass
 class ParameterEvent(IdlStruct, typename="rcl_interfaces::msg::dds_::ParameterEvent_"):
-    """The parameters of a node that are new, have another value, or are gone."""
+    """The new, changed and deleted parameters of a node."""
 
     stamp: Time
     node: str
@@ -97,12 +97,12 @@ class ParameterEvent(IdlStruct, typename="rcl_interfaces::msg::dds_::ParameterEv
     deleted_parameters: sequence[Parameter]
 
 
-# Requests and answers begin with the header that rmw_cyclonedds puts before them.
+# Requests and responses start with the header of rmw_cyclonedds_cpp: client ID and sequence number.
 
 
 @dataclass
 class ResetRequest(IdlStruct, typename="evac_msgs::srv::dds_::Reset_Request_"):
-    """Asks for a new episode."""
+    """Requests a new episode."""
 
     client: uint64
     sequence: int64
@@ -113,7 +113,7 @@ class ResetRequest(IdlStruct, typename="evac_msgs::srv::dds_::Reset_Request_"):
 
 @dataclass
 class ResetResponse(IdlStruct, typename="evac_msgs::srv::dds_::Reset_Response_"):
-    """The new episode, and what the robot sees in it."""
+    """The new episode and its first image."""
 
     client: uint64
     sequence: int64
@@ -126,7 +126,7 @@ class ResetResponse(IdlStruct, typename="evac_msgs::srv::dds_::Reset_Response_")
 
 @dataclass
 class StepRequest(IdlStruct, typename="evac_msgs::srv::dds_::Step_Request_"):
-    """Asks for a step."""
+    """Requests a step."""
 
     client: uint64
     sequence: int64
@@ -137,7 +137,7 @@ class StepRequest(IdlStruct, typename="evac_msgs::srv::dds_::Step_Request_"):
 
 @dataclass
 class StepResponse(IdlStruct, typename="evac_msgs::srv::dds_::Step_Response_"):
-    """What came of a step."""
+    """The result of a step."""
 
     client: uint64
     sequence: int64

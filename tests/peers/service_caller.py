@@ -1,8 +1,9 @@
-"""Calls /reset and /step with CycloneDDS, as rmw_cyclonedds_cpp maps services to DDS.
+"""Calls /reset and /step with CycloneDDS, with the service mapping of rmw_cyclonedds_cpp.
 
-Takes a number of steps with the actions 0, 1, ... 6, 0, ... and prints one line of JSON: how many
-answers were right in their numbers, how often the exit was reached, and a checksum of all images.
-An episode that is over is followed by one with the next seed, from 1.
+Takes a number of steps with the actions 1, 2, ..., 6, 0, 1, ... Whenever an episode ends, starts
+another one with the next seed, counted from 1. Prints one line of JSON: the number of successful
+responses with the expected episode and step, the number of successful episodes, and a CRC-32 of all
+images.
 """
 
 import argparse
@@ -13,18 +14,17 @@ import zlib
 from typing import Generic, TypeVar
 
 from cyclonedds.idl import IdlStruct
-
 from reading import Participant
 from ros_types import ResetRequest, ResetResponse, StepRequest, StepResponse
 
-# Whatever this is, the answers bear it, too.
+# An arbitrary client ID, which the responses contain.
 CLIENT = 0x1122334455667788
 Request = TypeVar("Request", bound=IdlStruct)
 Response = TypeVar("Response", bound=IdlStruct)
 
 
 class Client(Generic[Request, Response]):
-    """A client of a service."""
+    """A client of a service. Waits for the server when it is created."""
 
     def __init__(
         self,
@@ -43,47 +43,47 @@ class Client(Generic[Request, Response]):
             self.writer.get_matched_subscriptions() and self.reader.get_matched_publications()
         ):
             if time.monotonic() > deadline:
-                sys.exit(f"nobody serves {service}")
+                sys.exit(f"no server for {service} within {timeout_s} s")
             time.sleep(0.01)
 
     def call(self, request: Request) -> Response:
-        """The answer to a request, which is repeated until there is one."""
+        """Sends a request and repeats it every second until its response arrives."""
         deadline = time.monotonic() + self.timeout_s
         while time.monotonic() < deadline:
             self.writer.write(request)
             for response in self.participant.samples(self.reader, 1.0):
                 if (response.client, response.sequence) == (CLIENT, request.sequence):
                     return response
-        sys.exit(f"no answer to {request}")
+        sys.exit(f"no response to {request} within {self.timeout_s} s")
 
 
 def main() -> None:
-    """Calls as the arguments say."""
+    """Parses the arguments and calls the services."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--steps", type=int, required=True, help="how many to take")
-    parser.add_argument("--timeout", type=float, default=20.0, help="seconds to wait at most")
+    parser.add_argument("--steps", type=int, required=True, help="number of steps to take")
+    parser.add_argument("--timeout", type=float, default=20.0, help="timeout in seconds")
     arguments = parser.parse_args()
 
     participant = Participant()
     timeout_s = arguments.timeout
     reset = Client(participant, "/reset", ResetRequest, ResetResponse, timeout_s)
     step = Client(participant, "/step", StepRequest, StepResponse, timeout_s)
-    seed, number, right, escapes, checksum = 0, 0, 0, 0, 0
+    seed, number, expected, successes, checksum = 0, 0, 0, 0, 0
     episode = 0
     for sequence in range(1, arguments.steps + 1):
         if number == 0:
             seed += 1
-            begun = reset.call(ResetRequest(CLIENT, seed, seed, seed, ""))
-            episode = begun.episode
-            checksum = zlib.crc32(bytes(begun.image.data), checksum)
+            start = reset.call(ResetRequest(CLIENT, seed, seed, seed, ""))
+            episode = start.episode
+            checksum = zlib.crc32(bytes(start.image.data), checksum)
         number += 1
-        taken = step.call(StepRequest(CLIENT, sequence, episode, number, sequence % 7))
-        right += (taken.success, taken.episode, taken.step) == (True, episode, number)
-        checksum = zlib.crc32(bytes(taken.image.data), checksum)
-        if taken.terminated or taken.truncated:
-            escapes += taken.terminated
+        result = step.call(StepRequest(CLIENT, sequence, episode, number, sequence % 7))
+        expected += (result.success, result.episode, result.step) == (True, episode, number)
+        checksum = zlib.crc32(bytes(result.image.data), checksum)
+        if result.terminated or result.truncated:
+            successes += result.terminated
             number = 0
-    print(json.dumps({"right": right, "escapes": escapes, "checksum": checksum}))
+    print(json.dumps({"right": expected, "escapes": successes, "checksum": checksum}))
 
 
 if __name__ == "__main__":

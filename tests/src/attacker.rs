@@ -1,5 +1,5 @@
-//! A member of the DDS domain that nobody wants: it says whatever it likes on any topic, and throws
-//! packets at the others' ports.
+//! A malicious participant in the DDS domain: it writes arbitrary bytes to any topic and sends
+//! arbitrary packets to the ports of the other participants.
 
 use std::{
     io,
@@ -17,27 +17,27 @@ use rustdds::{
     policy::{History, Reliability},
 };
 
-use crate::{PATIENCE, packets::Endpoint};
+use crate::{TIMEOUT, packets::Endpoint};
 
-/// The member.
+/// A malicious participant.
 pub struct Attacker {
     participant: DomainParticipant,
     publisher: Publisher,
     subscriber: Subscriber,
     socket: UdpSocket,
     domain_id: u16,
-    /// The readers and writers of the attacker's, so that others take its packets for theirs.
+    /// Its readers and writers. Packets with their GUIDs are accepted by matched participants.
     own: Vec<Endpoint>,
     others: Vec<Endpoint>,
     readers: Vec<no_key::DataReader<u8>>,
 }
 
-/// A writer of a topic, which takes the bytes of a message as they are, after its encoding.
-pub struct Liar(DataWriter<Vec<u8>, AsItIs>);
+/// A writer that publishes byte strings as serialized messages, without the encapsulation header.
+pub struct RawWriter(DataWriter<Vec<u8>, RawBytes>);
 
-struct AsItIs;
+struct RawBytes;
 
-impl no_key::SerializerAdapter<Vec<u8>> for AsItIs {
+impl no_key::SerializerAdapter<Vec<u8>> for RawBytes {
     type Error = io::Error;
 
     fn output_encoding() -> RepresentationIdentifier {
@@ -49,15 +49,19 @@ impl no_key::SerializerAdapter<Vec<u8>> for AsItIs {
     }
 }
 
-impl Liar {
-    /// Writes these bytes; none of them if the readers cannot keep up.
+impl RawWriter {
+    /// Publishes the bytes as one sample. Drops it if the readers cannot keep up.
     pub fn write(&self, bytes: Vec<u8>) {
         let _ = self.0.write(bytes, None);
     }
 }
 
 impl Attacker {
-    /// Joins the domain, and makes itself known to whoever serves `/step` in it.
+    /// Joins the domain, without any endpoints.
+    ///
+    /// # Panics
+    ///
+    /// Panics if the participant or its socket cannot be created.
     pub fn new(discovery: Discovery) -> Attacker {
         let participant = discovery.participant(Default::default()).expect("a participant");
         let publisher = participant.create_publisher(&qos()).expect("a publisher");
@@ -68,16 +72,25 @@ impl Attacker {
         Attacker { participant, publisher, subscriber, socket, domain_id, own, others, readers }
     }
 
-    /// A writer on a DDS topic, such as `rt/action` with `evac_msgs::msg::dds_::ActionCommand_`.
-    pub fn writer(&mut self, topic: &str, data_type: &str) -> Liar {
+    /// Creates a writer on a DDS topic such as `rt/action`, with a type such as
+    /// `evac_msgs::msg::dds_::ActionCommand_`.
+    ///
+    /// # Panics
+    ///
+    /// Panics if the writer cannot be created.
+    pub fn writer(&mut self, topic: &str, data_type: &str) -> RawWriter {
         let topic = self.topic(topic, data_type);
         let writer = self.publisher.create_datawriter_no_key(&topic, None).expect("a writer");
         self.own.push(writer.guid().to_bytes());
-        Liar(writer)
+        RawWriter(writer)
     }
 
-    /// Reads a topic, so that its writers are matched.
-    pub fn read(&mut self, topic: &str, data_type: &str) {
+    /// Subscribes to a DDS topic, so that its writers match the attacker.
+    ///
+    /// # Panics
+    ///
+    /// Panics if the reader cannot be created.
+    pub fn subscribe(&mut self, topic: &str, data_type: &str) {
         let topic = self.topic(topic, data_type);
         let reader = self.subscriber.create_datareader_no_key_cdr(&topic, None).expect("a reader");
         self.own.push(reader.guid().to_bytes());
@@ -90,12 +103,17 @@ impl Attacker {
         self.participant.create_topic(topic, data_type, &qos(), kind).expect("a topic")
     }
 
-    /// Waits until the attacker's endpoints match with so many of the others.
+    /// Waits until `count` remote endpoints have matched since the start.
+    ///
+    /// # Panics
+    ///
+    /// Panics after [`TIMEOUT`].
     pub fn wait_for_matches(&mut self, count: usize) {
         let listener = self.participant.status_listener();
-        let end = Instant::now() + PATIENCE;
+        let end = Instant::now() + TIMEOUT;
         while self.others.len() < count {
-            assert!(Instant::now() < end, "nobody hears the attacker");
+            let matched = self.others.len();
+            assert!(Instant::now() < end, "only {matched} of {count} endpoints match the attacker");
             let Some(event) = listener.try_recv_status() else {
                 thread::sleep(Duration::from_millis(5));
                 continue;
@@ -108,22 +126,23 @@ impl Attacker {
         }
     }
 
-    /// The endpoints of the attacker's.
+    /// Returns the attacker's endpoints.
     pub fn own(&self) -> &[Endpoint] {
         &self.own
     }
 
-    /// The endpoints of others that are matched with the attacker's.
+    /// Returns the remote endpoints that match the attacker's.
     pub fn others(&self) -> &[Endpoint] {
         &self.others
     }
 
-    /// Throws a packet at the ports where the first nodes of the domain hear discovery, and data.
-    pub fn throw(&self, packet: &[u8], nodes: u16) {
-        // As RTPS numbers them.
+    /// Sends a packet to the discovery and data ports of the first `participants` participants in
+    /// the domain.
+    pub fn send_packet(&self, packet: &[u8], participants: u16) {
+        // The unicast ports of participant 0 (RTPS 2.3, section 9.6.1.1).
         let first = 7400 + 250 * self.domain_id + 10;
-        for port in first..first + 2 * nodes {
-            // Where nobody listens, the system says so at the next packet.
+        for port in first..first + 2 * participants {
+            // Ignores the error from a previous packet to an unused port.
             let _ = self.socket.send_to(packet, (Ipv4Addr::LOCALHOST, port));
         }
     }

@@ -1,4 +1,5 @@
-//! A training whose processes are interrupted: stopped, frozen or traced, and continued.
+//! Checks that a training run survives when its processes are stopped, frozen or traced, and then
+//! continued.
 
 use std::time::Duration;
 
@@ -10,10 +11,15 @@ const TRAINING: Duration = Duration::from_secs(600);
 const MAX_STEPS: u32 = 60;
 const SEED: u64 = 5;
 
-/// Trains while simulator and agent are interrupted in turn, `count` times in all, by a function of the
-/// nodes and the name of the one to interrupt. The result must be that of the undisturbed training.
+/// Trains, and meanwhile calls `interrupt` `count` times, alternately with the names `sim_node` and
+/// `agent_node`. Asserts that the result matches that of an undisturbed training run.
 ///
-/// `step_time`, in seconds, makes the training last until after the last interruption.
+/// `step_time` is the duration of a step in seconds; it must be long enough for the training to
+/// outlast the interruptions.
+///
+/// # Panics
+///
+/// Panics if a node fails, or if the result differs.
 pub fn assert_survives(
     mut nodes: Nodes,
     count: usize,
@@ -34,10 +40,10 @@ pub fn assert_survives(
         nodes.wait_for_steps(5);
         interrupt(&mut nodes, name);
     }
-    assert!(nodes.ended("agent_node").is_none(), "the training was over before the interruptions");
+    assert!(nodes.ended("agent_node").is_none(), "the training ended before the last interruption");
     nodes.succeed("agent_node", TRAINING);
     assert!(nodes.ended("sim_node").is_none(), "{}", nodes.log("sim_node"));
     let plan = Plan { scenario: "empty".to_owned(), episodes: EPISODES, seed: SEED, rooms: 1 };
     let expected = Outcome::in_process(plan, Preset::Paper, MAX_STEPS, &nodes.path("here"));
-    Outcome::left_in(&out).assert_is(&expected);
+    Outcome::read_from(&out).assert_identical(&expected);
 }

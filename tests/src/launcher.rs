@@ -1,4 +1,4 @@
-//! `evac` as a process, and what is left when it is killed.
+//! Checks that `evac` leaves no process behind when it is killed.
 
 use std::{
     fs,
@@ -11,19 +11,25 @@ use std::{
 use learning::{settings::Preset, training::Plan};
 use sim_node::world::WorldSettings;
 
-use crate::{Nodes, Outcome, PATIENCE, binary};
+use crate::{Nodes, Outcome, TIMEOUT, binary};
 
-/// A signal that `evac` is killed by.
+/// A signal that ends `evac`, such as `TERM`, and its recipients.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kill {
-    /// To `evac` alone.
+    /// Sent to `evac` only.
     Alone(&'static str),
-    /// To `evac` and the nodes, as a terminal does on Ctrl-C.
+    /// Sent to `evac` and the nodes, as a terminal does on Ctrl-C.
     Group(&'static str),
 }
 
-/// Kills `evac` in the middle of a training again and again; each time no process may be left, and the
-/// training must go on. Its result is that of an undisturbed one.
+/// Kills `evac` during a training run and resumes the training, `rounds` times. Asserts that no
+/// node is left running after a kill, and that the final result matches that of an undisturbed
+/// training run.
+///
+/// # Panics
+///
+/// Panics if a node is still running after [`TIMEOUT`], if the last run fails, or if the result
+/// differs.
 pub fn assert_leaves_nothing(kill: Kill, rounds: u32) {
     const EPISODES: u32 = 8;
     let nodes = Nodes::new();
@@ -32,19 +38,19 @@ pub fn assert_leaves_nothing(kill: Kill, rounds: u32) {
     for round in 0..rounds {
         let mut evac = start(&nodes, &out, EPISODES, checkpoint.exists());
         let group = evac.id();
-        wait_until("the nodes run", || nodes_of(group).len() == 2);
-        // At another moment each time.
+        wait_until("both nodes are running", || nodes_of(group).len() == 2);
+        // Hits a different phase of the training in each round.
         std::thread::sleep(Duration::from_millis(u64::from(round % 10) * 30));
         signal(kill, group);
-        evac.wait().expect("it is our child");
-        wait_until("no node is left", || nodes_of(group).is_empty());
+        evac.wait().expect("a child process");
+        wait_until("no node is running", || nodes_of(group).is_empty());
     }
     let status = start(&nodes, &out, EPISODES, checkpoint.exists()).wait();
-    assert!(status.expect("it is our child").success());
+    assert!(status.expect("a child process").success());
     let plan = Plan { scenario: "empty".to_owned(), episodes: EPISODES, seed: 3, rooms: 1 };
     let max_steps = WorldSettings::default().max_steps;
     let undisturbed = Outcome::in_process(plan, Preset::Paper, max_steps, &nodes.path("here"));
-    Outcome::left_in(&out).assert_is(&undisturbed);
+    Outcome::read_from(&out).assert_identical(&undisturbed);
 }
 
 fn start(nodes: &Nodes, out: &Path, episodes: u32, resume: bool) -> Child {
@@ -66,25 +72,25 @@ fn signal(kill: Kill, group: u32) {
     assert!(status.expect("kill runs").success());
 }
 
-/// The nodes in a process group that have not ended.
+/// Returns the `stat` lines of the running nodes in a process group.
 fn nodes_of(group: u32) -> Vec<String> {
-    let processes = fs::read_dir("/proc").expect("there is /proc").map_while(Result::ok);
+    let processes = fs::read_dir("/proc").expect("/proc is mounted").map_while(Result::ok);
     let stats = processes.filter_map(|p| fs::read_to_string(p.path().join("stat")).ok());
-    // number (name) state parent group ...
-    let is_of_group = |stat: &String| {
+    // proc_pid_stat(5): pid (comm) state ppid pgrp ...
+    let is_node_of_group = |stat: &String| {
         let (name, rest) = stat.split_once(')').unwrap_or_default();
         let mut fields = rest.split_whitespace();
         let is_alive = fields.next() != Some("Z");
         let is_node = name.ends_with("_node");
         is_alive && is_node && fields.nth(1) == Some(group.to_string().as_str())
     };
-    stats.filter(is_of_group).collect()
+    stats.filter(is_node_of_group).collect()
 }
 
-fn wait_until(what: &str, is_so: impl Fn() -> bool) {
-    let end = Instant::now() + PATIENCE;
-    while !is_so() {
-        assert!(Instant::now() < end, "{what}: not within {PATIENCE:?}");
+fn wait_until(description: &str, condition: impl Fn() -> bool) {
+    let end = Instant::now() + TIMEOUT;
+    while !condition() {
+        assert!(Instant::now() < end, "not true within {TIMEOUT:?}: {description}");
         std::thread::sleep(Duration::from_millis(5));
     }
 }

@@ -1,27 +1,28 @@
-//! Packets of RTPS that are wrong: of the right form at first sight, so that they get far, with random
-//! numbers where a packet says what follows, how much of it, and since when.
+//! A generator of malformed RTPS packets. Headers and submessages have a valid structure, so that
+//! packets reach the inner parsing stages; lengths, counts, sequence numbers and contents are
+//! random.
 
 use rand::{Rng, RngExt, SeedableRng, seq::IndexedRandom};
 use rand_chacha::ChaCha8Rng;
 
 const ACKNACK: u8 = 0x06;
-/// A writer says which samples it has.
+/// Submessage ID of HEARTBEAT: a writer announces which samples it has.
 pub const HEARTBEAT: u8 = 0x07;
-/// A writer says which samples do not exist.
+/// Submessage ID of GAP: a writer announces which samples are irrelevant.
 pub const GAP: u8 = 0x08;
 const INFO_TS: u8 = 0x09;
 const INFO_SRC: u8 = 0x0c;
 const INFO_DST: u8 = 0x0e;
 const INFO_REPLY: u8 = 0x0f;
-/// A reader asks for parts of a sample.
+/// Submessage ID of NACK_FRAG: a reader requests fragments of a sample.
 pub const NACK_FRAG: u8 = 0x12;
 const HEARTBEAT_FRAG: u8 = 0x13;
 const DATA: u8 = 0x15;
-/// A part of a sample.
+/// Submessage ID of DATA_FRAG: a fragment of a sample.
 pub const DATA_FRAG: u8 = 0x16;
 
-/// The endpoints that every participant has: they tell of participants, writers, readers and topics,
-/// and of who is alive.
+/// Entity IDs of the built-in endpoints: discovery of participants, topics, publications and
+/// subscriptions, and participant messages (liveliness).
 const BUILT_IN: [[u8; 4]; 10] = [
     [0x00, 0x01, 0x00, 0xc2],
     [0x00, 0x01, 0x00, 0xc7],
@@ -34,22 +35,24 @@ const BUILT_IN: [[u8; 4]; 10] = [
     [0x00, 0x02, 0x00, 0xc2],
     [0x00, 0x02, 0x00, 0xc7],
 ];
-/// The flag that every submessage has.
+/// Submessage flag for little-endian encoding.
 const LITTLE_ENDIAN: u8 = 1;
+/// The entity ID that addresses all readers of a writer.
 const ALL_READERS: [u8; 4] = [0; 4];
 
-/// The parameters of discovery that hold neither a place in the network nor a list of them.
+/// IDs of discovery parameters that do not contain locators.
 const PARAMETERS: [u16; 24] = [
     0x0002, 0x0004, 0x0005, 0x0007, 0x0015, 0x0016, 0x001a, 0x001b, 0x001d, 0x001f, 0x0021, 0x0023,
     0x0025, 0x002c, 0x0034, 0x0040, 0x0041, 0x0050, 0x0058, 0x005a, 0x0062, 0x0070, 0x0071, 0x0073,
 ];
-/// Those that hold one, which is always this machine: no answer shall leave it.
+/// IDs of discovery parameters that contain a locator. The generated locators always have loopback
+/// addresses, so that no reply leaves this machine.
 const LOCATORS: [u16; 4] = [0x002f, 0x0031, 0x0032, 0x0048];
 
-/// An endpoint as it is told apart from all others: its participant, and its number in it.
+/// The GUID of an endpoint: the participant's prefix (12 bytes) and the entity ID (4 bytes).
 pub type Endpoint = [u8; 16];
 
-/// A packet of one submessage, by a participant.
+/// Returns a packet with one submessage from the participant of `sender`.
 pub fn packet(sender: &Endpoint, kind: u8, body: &[u8]) -> Vec<u8> {
     let mut packet = header(sender);
     append_header(&mut packet, kind, LITTLE_ENDIAN, body.len() as u16);
@@ -58,7 +61,7 @@ pub fn packet(sender: &Endpoint, kind: u8, body: &[u8]) -> Vec<u8> {
 }
 
 fn header(sender: &Endpoint) -> Vec<u8> {
-    // RTPS 2.4, by RustDDS as it says.
+    // Protocol version 2.4 and the vendor ID of RustDDS.
     [&b"RTPS"[..], &[2, 4, 1, 18], &sender[..12]].concat()
 }
 
@@ -67,7 +70,7 @@ fn append_header(packet: &mut Vec<u8>, kind: u8, flags: u8, length: u16) {
     packet.extend(length.to_le_bytes());
 }
 
-/// Random packets; the same seed, the same packets.
+/// A generator of random packets. The same seed gives the same packets.
 pub struct Packets {
     random: ChaCha8Rng,
     senders: Vec<Endpoint>,
@@ -75,7 +78,7 @@ pub struct Packets {
 }
 
 impl Packets {
-    /// Packets as if from one of the senders to one of the receivers, some of them damaged.
+    /// Creates a generator of packets from the endpoints `senders` to the endpoints `receivers`.
     pub fn new(seed: u64, senders: &[Endpoint], receivers: &[Endpoint]) -> Packets {
         Packets {
             random: ChaCha8Rng::seed_from_u64(seed),
@@ -84,25 +87,25 @@ impl Packets {
         }
     }
 
-    /// Another packet.
+    /// Returns the next packet: one to four submessages, sometimes truncated or with flipped bits.
     pub fn draw(&mut self) -> Vec<u8> {
         let mut sender = self.pick(&self.senders.clone());
         if self.random.random_bool(0.2) {
-            // Nobody knows this one.
+            // An unknown participant.
             self.random.fill_bytes(&mut sender[..12]);
         }
         let mut packet = header(&sender);
-        let mut is_open = true;
+        let mut has_locator = false;
         for _ in 0..self.random.random_range(1..=4) {
-            is_open &= !self.append_submessage(&mut packet, &sender);
+            has_locator |= self.append_submessage(&mut packet, &sender);
         }
         match self.random.random_range(0..8) {
             0 => packet.truncate(self.random.random_range(0..=packet.len())),
-            // A place in the network stays this machine.
-            1..=3 if is_open => {
+            // A flipped bit in a locator could address another machine.
+            1..=3 if !has_locator => {
                 for _ in 0..self.random.random_range(1..=3) {
-                    let place = self.random.random_range(0..packet.len());
-                    packet[place] ^= 1 << self.random.random_range(0..8);
+                    let index = self.random.random_range(0..packet.len());
+                    packet[index] ^= 1 << self.random.random_range(0..8);
                 }
             }
             _ => {}
@@ -110,7 +113,7 @@ impl Packets {
         packet
     }
 
-    /// Appends a submessage; whether it holds a place in the network.
+    /// Appends a submessage. Returns whether it contains a locator.
     fn append_submessage(&mut self, packet: &mut Vec<u8>, sender: &Endpoint) -> bool {
         let kind = self.pick(&[
             ACKNACK,
@@ -128,11 +131,11 @@ impl Packets {
             DATA_FRAG,
             DATA_FRAG,
         ]);
-        // Of the other bits, some have a meaning.
+        // The meaning of the other flags depends on the submessage.
         let any = self.random.random();
         let mut flags = LITTLE_ENDIAN | self.pick(&[0, 0, 2, 4, 6, 8, any]);
         let mut body = Vec::new();
-        let mut holds_places = false;
+        let mut has_locator = false;
         match kind {
             ACKNACK => {
                 self.append_endpoints(&mut body, sender, false);
@@ -170,9 +173,9 @@ impl Packets {
                 self.append_endpoints(&mut body, sender, true);
                 self.append_number(&mut body);
                 if flags & 2 != 0 {
-                    holds_places |= self.append_parameters(&mut body);
+                    has_locator |= self.append_parameters(&mut body);
                 }
-                holds_places |= self.append_payload(&mut body);
+                has_locator |= self.append_payload(&mut body);
             }
             DATA_FRAG => {
                 body.extend([0, 0, 28, 0]);
@@ -183,7 +186,7 @@ impl Packets {
                 body.extend(self.small().to_le_bytes());
                 self.append_size(&mut body);
                 if flags & 2 != 0 {
-                    holds_places |= self.append_parameters(&mut body);
+                    has_locator |= self.append_parameters(&mut body);
                 }
                 self.append_noise(&mut body, 300);
             }
@@ -200,7 +203,7 @@ impl Packets {
                 flags &= !2;
                 body.extend(1u32.to_le_bytes());
                 self.append_locator(&mut body);
-                holds_places = true;
+                has_locator = true;
             }
             _ => self.append_noise(&mut body, 12),
         }
@@ -211,42 +214,44 @@ impl Packets {
         };
         append_header(packet, kind, flags, length);
         packet.extend(body);
-        holds_places
+        has_locator
     }
 
     fn pick<T: Copy>(&mut self, all: &[T]) -> T {
-        *all.choose(&mut self.random).expect("there is something to choose from")
+        *all.choose(&mut self.random).expect("a non-empty slice")
     }
 
-    /// The reader and the writer that a submessage is between, one of which sends it.
+    /// Appends the entity IDs of the reader and the writer of a submessage. `sender` is the writer
+    /// if `by_writer` is true, otherwise the reader.
     fn append_endpoints(&mut self, body: &mut Vec<u8>, sender: &Endpoint, by_writer: bool) {
         let receiver = self.pick(&self.receivers.clone());
         for owner in if by_writer { [receiver, *sender] } else { [*sender, receiver] } {
-            let number = match self.random.random_range(0..4) {
+            let entity_id = match self.random.random_range(0..4) {
                 0 => self.pick(&BUILT_IN),
                 1 => ALL_READERS,
                 _ => [owner[12], owner[13], owner[14], owner[15]],
             };
-            body.extend(number);
+            body.extend(entity_id);
         }
     }
 
-    /// A sequence number: mostly one that may be.
+    /// Appends a sequence number: three out of four are between 0 and 100; the others are extreme.
     fn append_number(&mut self, body: &mut Vec<u8>) {
-        let most = i64::MAX;
+        let max = i64::MAX;
         let number = match self.random.random_range(0..4) {
-            0 => self.pick(&[0, -1, i64::MIN, i64::MIN + 1, most, most - 1]),
+            0 => self.pick(&[0, -1, i64::MIN, i64::MIN + 1, max, max - 1]),
             _ => self.random.random_range(0..=100),
         };
         body.extend(((number >> 32) as i32).to_le_bytes());
         body.extend((number as u32).to_le_bytes());
     }
 
-    /// A size, or the number of a fragment.
+    /// Appends a size or fragment number: three out of four are between 1 and 2000; the others are
+    /// extreme.
     fn append_size(&mut self, body: &mut Vec<u8>) {
-        let most = u32::MAX;
+        let max = u32::MAX;
         let size = match self.random.random_range(0..4) {
-            0 => self.pick(&[most, most - 1, most / 2, 1, 0]),
+            0 => self.pick(&[max, max - 1, max / 2, 1, 0]),
             _ => self.random.random_range(1..=2000),
         };
         body.extend(size.to_le_bytes());
@@ -269,13 +274,14 @@ impl Packets {
         body.extend(self.random.random::<u32>().to_le_bytes());
     }
 
-    fn append_noise(&mut self, body: &mut Vec<u8>, most: usize) {
-        let mut noise = vec![0; self.random.random_range(0..=most)];
+    fn append_noise(&mut self, body: &mut Vec<u8>, max_length: usize) {
+        let mut noise = vec![0; self.random.random_range(0..=max_length)];
         self.random.fill_bytes(&mut noise);
         body.extend(noise);
     }
 
-    /// What a writer writes: discovery, or anything; whether it holds a place in the network.
+    /// Appends a serialized payload: discovery parameters or noise. Returns whether it contains a
+    /// locator.
     fn append_payload(&mut self, body: &mut Vec<u8>) -> bool {
         match self.random.random_range(0..3) {
             0 => {
@@ -295,22 +301,22 @@ impl Packets {
         }
     }
 
-    /// A list of parameters; whether it holds a place in the network.
+    /// Appends a parameter list. Returns whether it contains a locator.
     fn append_parameters(&mut self, body: &mut Vec<u8>) -> bool {
-        let mut holds_places = false;
+        let mut has_locator = false;
         for _ in 0..self.random.random_range(0..12) {
             if self.random.random_bool(0.2) {
                 body.extend(self.pick(&LOCATORS).to_le_bytes());
                 body.extend(24u16.to_le_bytes());
                 self.append_locator(body);
-                holds_places = true;
+                has_locator = true;
                 continue;
             }
             body.extend(self.pick(&PARAMETERS).to_le_bytes());
             let length = 4 * self.random.random_range(0..8u16);
             let is_wrong = self.random.random_bool(0.05);
-            let said = if is_wrong { self.small() } else { length };
-            body.extend(said.to_le_bytes());
+            let announced_length = if is_wrong { self.small() } else { length };
+            body.extend(announced_length.to_le_bytes());
             let text_length = self.pick(&[0, 1, 4, u32::from(length), 1 << 31, u32::MAX]);
             let mut value = vec![0; usize::from(length)];
             self.random.fill_bytes(&mut value);
@@ -324,12 +330,13 @@ impl Packets {
             body.extend(value);
         }
         if self.random.random_bool(0.9) {
+            // PID_SENTINEL, the end of the list.
             body.extend([1, 0, 0, 0]);
         }
-        holds_places
+        has_locator
     }
 
-    /// A port of this machine, or of no network that there is.
+    /// Appends a locator with a loopback address. Its kind is UDPv4, invalid or unsupported.
     fn append_locator(&mut self, body: &mut Vec<u8>) {
         let kind: i32 = self.pick(&[1, 1, 0, -1, 16]);
         body.extend(kind.to_le_bytes());

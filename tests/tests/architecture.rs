@@ -1,4 +1,4 @@
-//! ARCHITECTURE.md is true: the crates, and what each stands on.
+//! Checks ARCHITECTURE.md and the dependencies between crates, and that paths in the docs exist.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -9,11 +9,11 @@ use std::{
 use evac_tests::repository;
 use serde_json::Value;
 
-/// Where a crate is, and which crates of this workspace it stands on.
+/// The directory of each crate and its dependencies within the workspace, by the crate's name.
 type Crates = BTreeMap<String, (String, BTreeSet<String>)>;
 
-/// What cargo says.
-fn found() -> Crates {
+/// Returns the crates as `cargo metadata` reports them, without dev-dependencies.
+fn cargo_crates() -> Crates {
     let output = Command::new(env!("CARGO"))
         .args(["metadata", "--locked", "--no-deps", "--format-version", "1"])
         .current_dir(repository())
@@ -21,45 +21,46 @@ fn found() -> Crates {
         .expect("cargo runs");
     let metadata: Value = serde_json::from_slice(&output.stdout).expect("JSON");
     let packages = metadata["packages"].as_array().expect("packages");
-    let text = |value: &Value| value.as_str().expect("a text").to_owned();
+    let text = |value: &Value| value.as_str().expect("a string").to_owned();
     let names: BTreeSet<String> = packages.iter().map(|package| text(&package["name"])).collect();
     let root = repository().to_str().expect("Unicode");
-    let described = packages.iter().map(|package| {
+    let crates = packages.iter().map(|package| {
         let manifest = text(&package["manifest_path"]);
-        let place = manifest.trim_start_matches(root).trim_start_matches('/');
-        let place = place.trim_end_matches("/Cargo.toml").to_owned();
+        let directory = manifest.trim_start_matches(root).trim_start_matches('/');
+        let directory = directory.trim_end_matches("/Cargo.toml").to_owned();
         let dependencies = package["dependencies"].as_array().expect("dependencies");
-        let needed = dependencies.iter().filter(|dependency| dependency["kind"] != "dev");
-        let needed = needed.map(|dependency| text(&dependency["name"]));
-        let needed = needed.filter(|name| names.contains(name)).collect();
-        (text(&package["name"]), (place, needed))
+        let dependencies = dependencies.iter().filter(|dependency| dependency["kind"] != "dev");
+        let dependencies = dependencies.map(|dependency| text(&dependency["name"]));
+        let dependencies = dependencies.filter(|name| names.contains(name)).collect();
+        (text(&package["name"]), (directory, dependencies))
     });
-    described.collect()
+    crates.collect()
 }
 
-/// What the table says: | crate | where | what it is | stands on |.
-fn told() -> Crates {
+/// Returns the crates in the first table of ARCHITECTURE.md, whose columns are name, directory,
+/// description and dependencies.
+fn documented_crates() -> Crates {
     let page = fs::read_to_string(repository().join("ARCHITECTURE.md")).expect("the page");
     let (_, table) = page.split_once("| crate | where |").expect("the table of crates");
     let rows = table.lines().skip(2).take_while(|line| line.starts_with('|'));
     let names = |cell: &str| cell.split('`').skip(1).step_by(2).map(str::to_owned).collect();
-    let described = rows.map(|row| {
+    let crates = rows.map(|row| {
         let cells: Vec<&str> = row.split('|').collect();
         let name = cells[1].trim().trim_matches('`').to_owned();
         (name, (cells[2].trim().trim_matches('`').to_owned(), names(cells[4])))
     });
-    described.collect()
+    crates.collect()
 }
 
 #[test]
-fn the_table_of_crates_is_that_of_cargo() {
-    assert_eq!(told(), found(), "ARCHITECTURE.md left, cargo right");
+fn architecture_md_lists_the_crates_and_their_dependencies() {
+    assert_eq!(documented_crates(), cargo_crates(), "left: ARCHITECTURE.md, right: cargo");
 }
 
 #[test]
-fn learner_and_report_know_no_ros_and_the_runtime_not_this_project() {
-    let crates = found();
-    let below = |name: &str| {
+fn learning_and_report_are_free_of_ros_and_ros_runtime_is_free_of_evac() {
+    let crates = cargo_crates();
+    let transitive_dependencies = |name: &str| {
         let mut all = BTreeSet::from([name.to_owned()]);
         loop {
             let more: Vec<_> = all.iter().flat_map(|name| crates[name].1.clone()).collect();
@@ -72,19 +73,20 @@ fn learner_and_report_know_no_ros_and_the_runtime_not_this_project() {
     };
     for name in ["task", "learning", "report"] {
         let ros = ["ros_runtime", "ros_interfaces", "evac_msgs"];
-        assert!(ros.iter().all(|ros| !below(name).contains(*ros)), "{name}");
+        let dependencies = transitive_dependencies(name);
+        assert!(ros.iter().all(|ros| !dependencies.contains(*ros)), "{name}");
     }
-    let runtime = below("ros_runtime");
+    let runtime = transitive_dependencies("ros_runtime");
     assert!(["task", "evac_msgs"].iter().all(|own| !runtime.contains(*own)), "{runtime:?}");
     let grep = Command::new("grep")
         .args(["--recursive", "--ignore-case", "--files-with-matches", "evac"])
         .arg(repository().join("crates/ros_runtime"))
         .output();
     let files = String::from_utf8(grep.expect("grep runs").stdout).expect("Unicode");
-    assert_eq!(files, "", "ros_runtime speaks of this project");
+    assert_eq!(files, "", "ros_runtime mentions Evac");
 }
 
-/// Paths in the pages for developers and users: `crates/task/src/image.rs`.
+/// Checks paths in backticks, such as `crates/task/src/image.rs`.
 #[test]
 fn every_path_in_the_docs_exists() {
     let mut missing = Vec::new();
@@ -93,7 +95,7 @@ fn every_path_in_the_docs_exists() {
     let pages = ["README.md", "ARCHITECTURE.md"].map(|name| repository().join(name));
     for page in docs.chain(pages).filter(|page| page.extension().is_some_and(|e| e == "md")) {
         let text = fs::read_to_string(&page).expect("a page");
-        // What stands between the first and the second backtick, the third and the fourth, ...
+        // Every second part of the text is between backticks.
         for word in text.split('`').skip(1).step_by(2) {
             let roots = ["agent_node/", "crates/", "docs/", "launch_scripts/", "msgs/", "patches/"];
             let roots = [&roots[..], &["sim_node/", "tests/"]].concat();
@@ -105,4 +107,14 @@ fn every_path_in_the_docs_exists() {
         }
     }
     assert_eq!(missing, Vec::<String>::new());
+}
+
+#[test]
+fn ros_packages_have_the_version_of_cargo_toml() {
+    for package in ["agent_node", "launch_scripts", "msgs", "sim_node"] {
+        let path = repository().join(package).join("package.xml");
+        let text = fs::read_to_string(&path).expect("a package.xml");
+        let expected = format!("<version>{}</version>", env!("CARGO_PKG_VERSION"));
+        assert!(text.contains(&expected), "{package}: run launch_scripts/version.sh");
+    }
 }

@@ -1,4 +1,5 @@
-//! The build: one RustDDS for every selection of packages, and the corrections that setup.sh applies.
+//! Checks the build: the features of RustDDS in every package selection, and the patches that
+//! setup.sh applies to it.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -9,7 +10,7 @@ use std::{
 
 use evac_tests::repository;
 
-/// What cargo prints, which must succeed.
+/// Runs cargo, which must succeed, and returns its standard output.
 fn cargo(arguments: &[&str]) -> String {
     let output = Command::new(env!("CARGO"))
         .args(arguments)
@@ -17,19 +18,19 @@ fn cargo(arguments: &[&str]) -> String {
         .output()
         .expect("cargo runs");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).expect("text")
+    String::from_utf8(output.stdout).expect("UTF-8")
 }
 
-/// The features of each package that RustDDS and ros2-client stand on, for a selection of packages. A
-/// package that is also built for procedural macros has two sets.
-fn features(of: &BTreeSet<String>, selection: &str) -> BTreeMap<String, BTreeSet<String>> {
+/// Returns the features of the given packages when cargo builds `selection`. A package that is also
+/// built for procedural macros has two sets.
+fn features(packages: &BTreeSet<String>, selection: &str) -> BTreeMap<String, BTreeSet<String>> {
     let tree = ["tree", "--locked", "--prefix", "none", "--format", "{p}|{f}"];
     let arguments: Vec<&str> = tree.into_iter().chain(selection.split(' ')).collect();
     let mut features: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     for line in cargo(&arguments).lines() {
         let Some((package, enabled)) = line.split_once('|') else { continue };
         let name = package.split(' ').take(2).collect::<Vec<_>>().join(" ");
-        if of.contains(&name) {
+        if packages.contains(&name) {
             let enabled = enabled.trim_end_matches(" (*)").to_owned();
             features.entry(name).or_default().insert(enabled);
         }
@@ -37,7 +38,8 @@ fn features(of: &BTreeSet<String>, selection: &str) -> BTreeMap<String, BTreeSet
     features
 }
 
-/// Otherwise a `cargo test` of one package builds RustDDS anew, and the next script does it again.
+/// With different features, `cargo test` for one package would rebuild RustDDS, and the next script
+/// would rebuild it again.
 #[test]
 fn every_selection_builds_rustdds_with_the_same_features() {
     let tree = cargo(&["tree", "--locked", "--prefix", "none", "--package", "ros2-client"]);
@@ -58,47 +60,48 @@ fn every_selection_builds_rustdds_with_the_same_features() {
         "--package experiments --features programs --edges normal,build",
     ] {
         for (package, found) in features(&names, selection) {
-            // A package that the nodes need for procedural macros, too, has a second set of features,
-            // which a selection without those macros lacks.
-            let expected = nodes.get(&package).expect("the nodes stand on it, too");
+            // A subset suffices: if the nodes also need the package for procedural macros, it has a
+            // second set of features that a selection without those macros lacks.
+            let expected = nodes.get(&package).expect("the nodes also depend on it");
             assert!(
                 found.is_subset(expected),
-                "{selection}: {package} has {found:?}, not {expected:?}: add the features to \
-                 crates/workspace_features/Cargo.toml"
+                "{selection}: {package} has the features {found:?} (expected: {expected:?}): add \
+                 them to crates/workspace_features/Cargo.toml"
             );
         }
     }
 }
 
-/// The oldest Rust that Cargo.toml promises is enough for every dependency; clippy's `incompatible_msrv`
-/// checks the same for our own use of std.
+/// Compares `rust-version` of this workspace with that of every dependency. For our own use of std,
+/// clippy's `incompatible_msrv` does the same.
 #[test]
-fn no_dependency_needs_a_newer_rust_than_we_promise() {
-    let number = |version: &str| -> (u32, u32) {
+fn no_dependency_needs_a_newer_rust_than_the_workspace() {
+    let version = |version: &str| -> (u32, u32) {
         let mut parts = version.split('.').map(|part| part.parse().expect("a number"));
         (parts.next().expect("major"), parts.next().expect("minor"))
     };
     let metadata = cargo(&["metadata", "--locked", "--format-version", "1"]);
     let metadata: serde_json::Value = serde_json::from_str(&metadata).expect("JSON");
     let packages = metadata["packages"].as_array().expect("packages");
-    let needed = |package: &serde_json::Value| package["rust_version"].as_str().map(number);
+    let required = |package: &serde_json::Value| package["rust_version"].as_str().map(version);
     let name = |package: &serde_json::Value| package["name"].as_str().map(str::to_owned);
-    let own = packages.iter().find(|package| package["name"] == "evac_tests").and_then(needed);
-    let newer = packages.iter().filter(|package| needed(package) > own).filter_map(name);
-    assert_eq!(newer.collect::<Vec<_>>(), Vec::<String>::new(), "we promise {own:?}");
-    assert!(packages.iter().filter_map(needed).count() > 100, "packages say what they need");
+    let own = packages.iter().find(|package| package["name"] == "evac_tests").and_then(required);
+    let newer = packages.iter().filter(|package| required(package) > own).filter_map(name);
+    assert_eq!(newer.collect::<Vec<_>>(), Vec::<String>::new(), "rust-version is {own:?}");
+    let count = packages.iter().filter_map(required).count();
+    assert!(count > 100, "only {count} packages have a rust_version");
 }
 
-/// A copy of what setup.sh needs of the repository: no build, no `.cargo/corrected`.
-struct Copy {
+/// A copy of the sources without build artifacts, in which setup.sh has not run yet.
+struct FreshClone {
     directory: tempfile::TempDir,
 }
 
-impl Copy {
-    fn new() -> Copy {
+impl FreshClone {
+    fn new() -> FreshClone {
         let directory = tempfile::tempdir().expect("a directory");
         copy_sources(repository(), directory.path());
-        Copy { directory }
+        FreshClone { directory }
     }
 
     fn path(&self, name: &str) -> PathBuf {
@@ -107,7 +110,7 @@ impl Copy {
 
     fn setup(&self) -> Command {
         let mut setup = Command::new(self.path("launch_scripts/setup.sh"));
-        // Which the core tests are also run with.
+        // This variable is set when the tests run with an uncorrected build.
         setup.env_remove("EVAC_UNCORRECTED");
         setup
     }
@@ -117,7 +120,7 @@ impl Copy {
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     }
 
-    /// The corrected crate, as cargo finds it.
+    /// Returns the directory of the corrected RustDDS that cargo's configuration names.
     fn corrected(&self) -> PathBuf {
         let text =
             fs::read_to_string(self.path(".cargo/corrected/config.toml")).expect("a configuration");
@@ -131,7 +134,8 @@ impl Copy {
     }
 }
 
-/// Copies manifests, sources and scripts; leaves out what is built or hidden, but for `.cargo/config.toml`.
+/// Copies manifests, sources and scripts. Skips build artifacts and hidden files, except for
+/// `.cargo/config.toml`.
 fn copy_sources(from: &Path, to: &Path) {
     fs::create_dir_all(to).expect("a directory");
     for entry in fs::read_dir(from).expect("a directory").map(|entry| entry.expect("an entry")) {
@@ -155,7 +159,7 @@ fn copy_sources(from: &Path, to: &Path) {
     }
 }
 
-/// The names of the patches, in their order.
+/// Returns the names of the patches in the order in which they are applied.
 fn patches(directory: &Path) -> Vec<String> {
     let files = fs::read_dir(directory.join("patches/rustdds")).expect("the patches");
     let names = files.map(|file| file.expect("a file").file_name().into_string().expect("Unicode"));
@@ -166,70 +170,71 @@ fn patches(directory: &Path) -> Vec<String> {
 }
 
 #[test]
-fn setup_corrects_rustdds_once_and_anew_when_a_patch_changes() {
-    let copy = Copy::new();
+fn setup_corrects_rustdds_once_and_again_when_a_patch_changes() {
+    let clone = FreshClone::new();
     let all = patches(repository());
-    // Two at once do no harm.
-    let both: Vec<_> = (0..2).map(|_| copy.setup().spawn().expect("setup.sh runs")).collect();
-    for mut one in both {
-        assert!(one.wait().expect("it is our child").success());
+    // Concurrent runs are safe.
+    let both: Vec<_> = (0..2).map(|_| clone.setup().spawn().expect("setup.sh runs")).collect();
+    for mut setup in both {
+        assert!(setup.wait().expect("a child process").success());
     }
-    assert_eq!(copy.corrections(), all);
+    assert_eq!(clone.corrections(), all);
     let metadata = Command::new(env!("CARGO"))
         .args(["metadata", "--locked", "--offline", "--format-version", "1"])
-        .current_dir(copy.path("sim_node"))
+        .current_dir(clone.path("sim_node"))
         .output()
         .expect("cargo runs");
     let metadata = String::from_utf8(metadata.stdout).expect("JSON");
-    assert!(metadata.contains(copy.corrected().to_str().expect("Unicode")), "cargo builds with it");
+    let corrected = clone.corrected();
+    assert!(metadata.contains(corrected.to_str().expect("Unicode")), "cargo does not use the copy");
 
-    // Up to date: nothing is written.
+    // If the copy is up to date, nothing is written.
     let written = |path: PathBuf| fs::metadata(path).expect("a file").modified().expect("a time");
-    let before = written(copy.path(".cargo/corrected/config.toml"));
-    copy.set_up();
-    assert_eq!(written(copy.path(".cargo/corrected/config.toml")), before);
+    let before = written(clone.path(".cargo/corrected/config.toml"));
+    clone.set_up();
+    assert_eq!(written(clone.path(".cargo/corrected/config.toml")), before);
 
-    // Each patch can be left out: the others apply all the same.
-    let kept = tempfile::tempdir().expect("a directory");
-    for dropped in &all {
-        let file = copy.path("patches/rustdds").join(format!("{dropped}.patch"));
-        fs::rename(&file, kept.path().join("patch")).expect("a file moves");
-        copy.set_up();
-        let others: Vec<String> = all.iter().filter(|name| *name != dropped).cloned().collect();
-        assert_eq!(copy.corrections(), others);
-        fs::rename(kept.path().join("patch"), &file).expect("a file moves");
+    // The patches are independent: without any one of them, the others still apply.
+    let removed = tempfile::tempdir().expect("a directory");
+    for name in &all {
+        let file = clone.path("patches/rustdds").join(format!("{name}.patch"));
+        fs::rename(&file, removed.path().join("patch")).expect("the patch is moved");
+        clone.set_up();
+        let others: Vec<String> = all.iter().filter(|other| *other != name).cloned().collect();
+        assert_eq!(clone.corrections(), others);
+        fs::rename(removed.path().join("patch"), &file).expect("the patch is moved back");
     }
-    // A correction is known by the name of its file.
-    let file = copy.path("patches/rustdds").join(format!("{}.patch", all[0]));
-    fs::rename(&file, copy.path("patches/rustdds/0001-renamed.patch")).expect("a file moves");
-    copy.set_up();
-    assert_eq!(copy.corrections()[0], "0001-renamed");
+    // A correction is identified by its file name.
+    let file = clone.path("patches/rustdds").join(format!("{}.patch", all[0]));
+    fs::rename(&file, clone.path("patches/rustdds/0001-renamed.patch")).expect("a renamed patch");
+    clone.set_up();
+    assert_eq!(clone.corrections()[0], "0001-renamed");
 
-    // Nothing is left of the copies before.
-    let copies = fs::read_dir(copy.path(".cargo/corrected")).expect("the copies");
+    // Outdated copies of RustDDS are removed.
+    let copies = fs::read_dir(clone.path(".cargo/corrected")).expect("the copies");
     let copies = copies.filter(|entry| entry.as_ref().expect("an entry").path().is_dir());
     assert_eq!(copies.count(), 1);
 }
 
 #[test]
 fn cargo_works_after_the_corrections_were_deleted() {
-    let copy = Copy::new();
-    copy.set_up();
-    fs::remove_dir_all(copy.path(".cargo/corrected")).expect("the copies are gone");
+    let clone = FreshClone::new();
+    clone.set_up();
+    fs::remove_dir_all(clone.path(".cargo/corrected")).expect("the copies are removed");
     let metadata = Command::new(env!("CARGO"))
         .args(["metadata", "--locked", "--offline", "--format-version", "1"])
-        .current_dir(copy.directory.path())
+        .current_dir(clone.directory.path())
         .output()
         .expect("cargo runs");
     assert!(metadata.status.success(), "{}", String::from_utf8_lossy(&metadata.stderr));
-    copy.set_up();
-    assert_eq!(copy.corrections(), patches(repository()));
+    clone.set_up();
+    assert_eq!(clone.corrections(), patches(repository()));
 }
 
-/// Cargo takes the copy of a directory above, which may have other corrections.
+/// Cargo would use the corrected copy in the enclosing clone, which may have different patches.
 #[test]
-fn setup_refuses_a_clone_that_another_ones_corrections_would_be_used_in() {
-    let outer = Copy::new();
+fn setup_refuses_a_clone_inside_another_corrected_clone() {
+    let outer = FreshClone::new();
     outer.set_up();
     let inner = outer.path("inner");
     copy_sources(repository(), &inner);
@@ -241,18 +246,18 @@ fn setup_refuses_a_clone_that_another_ones_corrections_would_be_used_in() {
 }
 
 #[test]
-fn setup_says_which_patch_does_not_apply() {
-    let copy = Copy::new();
-    copy.set_up();
-    let file = copy.path("patches/rustdds/0002-data-frag-inline-qos.patch");
+fn setup_names_the_patch_that_does_not_apply() {
+    let clone = FreshClone::new();
+    clone.set_up();
+    let file = clone.path("patches/rustdds/0002-data-frag-inline-qos.patch");
     let text = fs::read_to_string(&file).expect("a patch").replace("-    if self", "-    if other");
     fs::write(&file, text).expect("a file");
-    let output = copy.setup().output().expect("setup.sh runs");
+    let output = clone.setup().output().expect("setup.sh runs");
     let error = String::from_utf8_lossy(&output.stderr);
     assert!(!output.status.success());
     assert!(error.contains("0002-data-frag-inline-qos.patch does not apply"), "{error}");
     assert!(
-        !copy.path(".cargo/corrected/config.toml").exists(),
-        "cargo builds as if it had not run"
+        !clone.path(".cargo/corrected/config.toml").exists(),
+        "the outdated corrections are still in use"
     );
 }

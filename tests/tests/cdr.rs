@@ -1,8 +1,8 @@
-//! The bytes of every message are those of an encoder that shares no code with rustdds.
+//! Compares the serialization of every message with that of an independent encoder.
 //!
 //! `tests/peers/cdr_encoder.py` reads the definitions in `msgs/msg` and `msgs/srv` and encodes the
-//! same values with Python's `rosbags`. Whoever reads the bytes by the ROS definitions, as every
-//! other ROS 2 node does, thus reads what was meant.
+//! same values with Python's `rosbags`, which shares no code with rustdds. Equal bytes show that
+//! other ROS 2 nodes, which use the same definitions, decode our messages correctly.
 
 use std::fmt::Debug;
 use std::path::Path;
@@ -23,17 +23,17 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
-/// What stands before the encoding of a sample: little-endian CDR, no options.
+/// The encapsulation header of a sample: little-endian CDR, no options.
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
-/// A value to encode: what the peer is asked, and what rustdds puts on the wire.
+/// A value to encode: the request to the peer, and the bytes that rustdds sends.
 struct Case {
     request: Value,
     bytes: Vec<u8>,
 }
 
 impl Case {
-    /// Encodes the value as rustdds does, and checks that decoding gives it back.
+    /// Encodes a value with rustdds and checks that the bytes decode to the same value.
     fn new<T>(ros_type: &str, value: &T) -> Self
     where
         T: Serialize + DeserializeOwned + PartialEq + Debug,
@@ -67,14 +67,14 @@ where
     requests.chain(responses).collect()
 }
 
-/// Strings whose lengths leave every number of bytes to the next multiple of eight, since what
-/// follows a string is padded to its own size; two of them are not ASCII.
+/// Returns strings of every length modulo eight, since the padding after a string depends on its
+/// length; two of them are not ASCII.
 fn strings() -> Vec<String> {
     let ascii = (0..=8).map(|length| "camera_o"[..length].to_owned());
     ascii.chain(["sortie à côté".to_owned(), "出口".to_owned()]).collect()
 }
 
-/// The earliest, the zero and the latest moment.
+/// Returns a time with extreme field values, time zero, and the latest valid time.
 fn times() -> [Time; 3] {
     let latest = Time { sec: i32::MAX, nanosec: 999_999_999 };
     let earliest = Time { sec: i32::MIN, nanosec: u32::MAX };
@@ -86,7 +86,7 @@ fn headers() -> Vec<Header> {
     frames.map(|(frame_id, stamp)| Header { stamp, frame_id }).collect()
 }
 
-/// A frame of the camera: 20 x 7 pixels of three bytes, with every byte there is.
+/// Returns a camera image, 20 x 7 pixels of three bytes, that contains every byte value.
 fn camera_image(header: Header) -> Image {
     Image {
         header,
@@ -99,7 +99,7 @@ fn camera_image(header: Header) -> Image {
     }
 }
 
-/// The empty image, one frame under each header, and one with the largest numbers.
+/// Returns an empty image, one with the largest field values, and a camera image for each header.
 fn images() -> Vec<Image> {
     let largest = Image {
         header: Header::default(),
@@ -198,14 +198,14 @@ fn reset_responses() -> Vec<reset::Response> {
         episode: u64::MAX,
         image: Image::default(),
     });
-    let done = images().into_iter().map(|image| reset::Response {
+    let accepted = images().into_iter().map(|image| reset::Response {
         success: true,
         status: status::OK,
         message: String::new(),
         episode: 1,
         image,
     });
-    refused.chain(done).collect()
+    refused.chain(accepted).collect()
 }
 
 fn step_requests() -> Vec<step::Request> {
@@ -219,8 +219,8 @@ fn step_responses() -> Vec<step::Response> {
         message,
         ..step::Response::default()
     });
-    // What follows the image is padded by the length of its data.
-    let done = (0..=8).chain([420]).map(|length| step::Response {
+    // The padding after the image depends on the length of its data.
+    let accepted = (0..=8).chain([420]).map(|length| step::Response {
         success: true,
         status: status::OK,
         message: String::new(),
@@ -232,14 +232,14 @@ fn step_responses() -> Vec<step::Response> {
         episode: u64::MAX,
         step: u32::MAX,
     });
-    refused.chain(done).collect()
+    refused.chain(accepted).collect()
 }
 
-/// Asks the peer for the encodings of all cases at once.
+/// Returns the peer's encodings of all cases, in hexadecimal digits.
 fn encoded_by_peer(cases: &[Case]) -> Vec<String> {
     let python = std::env::var_os("EVAC_PYTHON").expect(
-        "EVAC_PYTHON must name a Python that has tests/peers/requirements.txt: \
-         run launch_scripts/test.sh",
+        "EVAC_PYTHON must name a Python interpreter with the packages in \
+         tests/peers/requirements.txt: run launch_scripts/test.sh",
     );
     let tests = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut peer = Command::new(&python)
@@ -253,13 +253,13 @@ fn encoded_by_peer(cases: &[Case]) -> Vec<String> {
     let mut input = peer.stdin.take().expect("standard input is piped");
     serde_json::to_writer(&mut input, &requests).expect("the peer reads its input");
     drop(input);
-    let output = peer.wait_with_output().expect("the peer ends");
+    let output = peer.wait_with_output().expect("the peer exits");
     assert!(output.status.success(), "cdr_encoder.py: {}", output.status);
     serde_json::from_slice(&output.stdout).expect("the peer prints a list of strings")
 }
 
 #[test]
-fn every_message_has_the_bytes_of_an_independent_encoder() {
+fn every_message_matches_an_independent_encoder() {
     let cases: Vec<Case> = [
         message_cases(&times()),
         message_cases(&headers()),
@@ -269,7 +269,7 @@ fn every_message_has_the_bytes_of_an_independent_encoder() {
         message_cases(&q_values()),
         message_cases(&training_statuses()),
         message_cases(&type_descriptions()),
-        // Standard messages whose Rust types are generated: arrays of 36, defaults, constants.
+        // Generated types of standard messages, with arrays of 36 elements, defaults and constants.
         message_cases(&[odometry()]),
         message_cases(&[Marker { id: Marker::CYLINDER, ..Marker::default() }]),
         message_cases(&[CameraInfo { k: [0.5; 9], p: [1.5; 12], ..CameraInfo::default() }]),

@@ -1,23 +1,24 @@
-//! The ROS packages of this repository, as colcon finds, builds and installs them.
+//! Checks that colcon finds, builds and installs the ROS packages of this repository.
 //!
-//! Needs colcon with its extensions for ROS and CMake, and ament_cmake (Debian 12: `ament-cmake colcon
-//! python3-colcon-ros python3-colcon-package-information python3-colcon-package-selection`). Where a ROS 2
-//! is sourced it is used, and `evac_msgs` is built, too: the generators of messages are not in Debian.
+//! Needs colcon with its extensions for ROS and CMake, and ament_cmake (Debian 12: `ament-cmake
+//! colcon python3-colcon-ros python3-colcon-package-information python3-colcon-package-selection`).
+//! If ROS 2 is sourced, the tests use it and also build `evac_msgs`, whose message generators are
+//! not in Debian.
 
 use std::{collections::BTreeMap, path::Path, process::Command};
 
 use evac_tests::{binary, repository};
 use ros_runtime::corrections::RUSTDDS;
 
-/// colcon with some words after it, called in a directory, which it leaves its files in.
-fn colcon(directory: &Path, words: &[&str]) -> String {
+/// Runs colcon in a directory, which receives its output files, and returns its standard output.
+fn colcon(directory: &Path, arguments: &[&str]) -> String {
     let mut command = Command::new("colcon");
-    command.args(words).args(["--base-paths", repository().to_str().expect("Unicode")]);
-    // Beside the program that is tested, wherever cargo has built it.
+    command.args(arguments).args(["--base-paths", repository().to_str().expect("Unicode")]);
+    // Uses the target directory of the tests, so that cargo has nothing to rebuild.
     let target = binary("sim_node").ancestors().nth(2).expect("target/release").to_owned();
     command.env("CARGO_TARGET_DIR", target);
     if !has_ros() {
-        // The Python that ament_cmake is installed for, and not one of another place.
+        // Selects the system's Python, for which ament_cmake is installed.
         let cargo = Path::new(env!("CARGO")).parent().expect("cargo is in a directory");
         command.env("PATH", format!("{}:/usr/bin:/bin", cargo.display()));
     }
@@ -32,7 +33,7 @@ fn has_ros() -> bool {
 }
 
 #[test]
-fn colcon_finds_our_packages_and_no_others() {
+fn colcon_finds_exactly_our_packages() {
     let directory = tempfile::tempdir().expect("a directory");
     let text = colcon(directory.path(), &["list"]);
     let packages: BTreeMap<&str, &str> = text
@@ -45,14 +46,14 @@ fn colcon_finds_our_packages_and_no_others() {
 }
 
 #[test]
-fn colcon_installs_corrected_nodes_and_builds_nothing_twice() {
-    // The nodes as the tests have them: colcon builds in the same target directory.
+fn colcon_installs_corrected_nodes_without_rebuilding_them() {
+    // These are the nodes that the tests use, since colcon builds in the same target directory.
     let before = ["sim_node", "agent_node"].map(modified);
     let directory = tempfile::tempdir().expect("a directory");
     let ignored = ["--packages-ignore", "evac_msgs"];
-    let words = [&["build"][..], if has_ros() { &[] } else { &ignored }].concat();
-    colcon(directory.path(), &words);
-    assert_eq!(["sim_node", "agent_node"].map(modified), before, "cargo has built them anew");
+    let arguments = [&["build"][..], if has_ros() { &[] } else { &ignored }].concat();
+    colcon(directory.path(), &arguments);
+    assert_eq!(["sim_node", "agent_node"].map(modified), before, "cargo rebuilt the nodes");
 
     let install = directory.path().join("install");
     for name in ["sim_node", "agent_node"] {
@@ -67,7 +68,7 @@ fn colcon_installs_corrected_nodes_and_builds_nothing_twice() {
     let mut help = Command::new(evac);
     help.args(["train", "--help"]).env("AMENT_PREFIX_PATH", prefixes);
     let help = help.output().expect("evac is installed").stdout;
-    assert!(String::from_utf8_lossy(&help).contains("--episodes"), "evac finds the nodes");
+    assert!(String::from_utf8_lossy(&help).contains("--episodes"), "evac does not find the nodes");
     let share = install.join("evac_bringup/share/evac_bringup");
     for file in ["launch/train.launch.py", "launch/drive.launch.py", "rviz/evac.rviz"] {
         assert!(share.join(file).exists(), "{file} is not installed");

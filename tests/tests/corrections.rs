@@ -1,23 +1,24 @@
-//! What the corrections of RustDDS are for, as a user and other implementations of DDS notice it.
+//! Checks the effects of the RustDDS corrections that are visible to users and other DDS
+//! implementations.
 //!
-//! These tests need a corrected build: `launch_scripts/test.sh` makes one and runs them.
+//! These tests need a corrected build: `launch_scripts/test.sh` creates one and runs them.
 
 use std::time::Duration;
 
-use evac_tests::{Nodes, PATIENCE, assert_survives, interfaces};
+use evac_tests::{Nodes, TIMEOUT, assert_survives, interfaces};
 use ros_runtime::{
     corrections::is_corrected,
     parameters::{ParameterClient, ParameterValue},
 };
 use serde::Deserialize;
 
-/// A domain of its own, if this build is a corrected one.
+/// Returns an empty domain. Panics if this build is not corrected.
 fn nodes() -> Nodes {
-    assert!(is_corrected(), "RustDDS is uncorrected: run launch_scripts/setup.sh and build again");
+    assert!(is_corrected(), "RustDDS is not patched: run launch_scripts/setup.sh and rebuild");
     Nodes::new()
 }
 
-/// Starts a training without an end.
+/// Starts a training run that outlasts the test and waits for its first step.
 fn start_training(nodes: &mut Nodes) {
     let out = format!("out:='{}'", nodes.path("run").display());
     nodes.start_simulator(&[]);
@@ -25,7 +26,7 @@ fn start_training(nodes: &mut Nodes) {
     nodes.wait_for_steps(1);
 }
 
-/// An endpoint as discovery announces it.
+/// An endpoint as announced by discovery.
 #[derive(Debug, Deserialize)]
 struct Endpoint {
     topic: String,
@@ -33,24 +34,26 @@ struct Endpoint {
     user_data: String,
 }
 
-/// The endpoints of all participants but CycloneDDS's own.
+/// Waits until CycloneDDS has discovered an endpoint on each of `topics`. Returns all discovered
+/// endpoints except built-in ones.
 fn endpoints(nodes: &Nodes, topics: &[&str]) -> Vec<Endpoint> {
     let mut watcher = nodes.peer("endpoint_watcher.py");
-    let timeout = PATIENCE.as_secs().to_string();
+    let timeout = TIMEOUT.as_secs().to_string();
     let (status, text, error) = nodes.run(watcher.args(topics).args(["--timeout", &timeout]));
     assert!(status.success(), "{error}");
-    assert_eq!(error, "", "CycloneDDS accepts every packet");
+    assert_eq!(error, "", "CycloneDDS reported an invalid packet");
     let all: Vec<Endpoint> = serde_json::from_str(&text).expect("JSON");
     all.into_iter().filter(|endpoint| !endpoint.topic.starts_with("DCPS")).collect()
 }
 
-/// `sensor_msgs/msg/Image` for `sensor_msgs::msg::dds_::Image_`.
+/// Returns the ROS name of a DDS type: `sensor_msgs/msg/Image` for
+/// `sensor_msgs::msg::dds_::Image_`.
 fn ros_name(dds_type: &str) -> String {
     dds_type.replace("dds_::", "").replace("::", "/").trim_end_matches('_').to_owned()
 }
 
 #[test]
-fn every_endpoint_announces_the_hash_of_its_type() {
+fn every_endpoint_announces_its_type_hash() {
     let mut nodes = nodes();
     start_training(&mut nodes);
     let topics = [
@@ -83,26 +86,26 @@ fn cyclone_dds_accepts_every_packet_of_a_client_and_a_server() {
     nodes.set_variable("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp");
     nodes.start_simulator(&[]);
     let mut caller = nodes.peer("service_caller.py");
-    let timeout = PATIENCE.as_secs().to_string();
+    let timeout = TIMEOUT.as_secs().to_string();
     let (status, _, error) = nodes.run(caller.args(["--steps", "20", "--timeout", &timeout]));
     assert!(status.success(), "{error}");
-    assert_eq!(error, "", "CycloneDDS accepts every packet");
+    assert_eq!(error, "", "CycloneDDS reported an invalid packet");
 }
 
 #[test]
-fn all_parameters_of_a_training_are_read() {
+fn all_parameters_can_be_read_during_training() {
     let mut nodes = nodes();
     start_training(&mut nodes);
     let mut node = nodes.client();
     let agent = ParameterClient::new(&mut node, "agent_node").expect("a client");
     for _ in 0..20 {
-        let values = node.block_on(agent.values(PATIENCE)).expect("an answer");
+        let values = node.block_on(agent.values(TIMEOUT)).expect("a response");
         assert_eq!(values.get("preset"), Some(&ParameterValue::String("robust".to_owned())));
     }
 }
 
 #[test]
-fn a_training_survives_that_its_nodes_are_stopped_and_continued() {
+fn training_survives_stopped_and_continued_nodes() {
     assert_survives(nodes(), 10, 0.001, |nodes, name| {
         nodes.signal(name, "STOP");
         std::thread::sleep(Duration::from_millis(100));

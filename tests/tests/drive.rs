@@ -1,4 +1,4 @@
-//! Deployment: a trained policy drives a robot by nothing but images, whatever the robot does.
+//! Deployment: a trained policy drives a robot using only images and survives robot failures.
 
 use std::{
     fs,
@@ -7,7 +7,7 @@ use std::{
 };
 
 use evac_msgs::{ActionCommand, EpisodeStatus};
-use evac_tests::{Nodes, PATIENCE};
+use evac_tests::{Nodes, TIMEOUT};
 use ros_interfaces::{
     builtin_interfaces::Time,
     diagnostic_msgs::{DiagnosticArray, DiagnosticStatus},
@@ -16,13 +16,13 @@ use ros_interfaces::{
 use ros_runtime::node::{Node, Subscription, reliable};
 
 const TRAINING: Duration = Duration::from_secs(600);
-/// A robot that is faster than most, so that the test is.
+/// Makes the simulator act as a robot in real time, with fast moves to keep the test short.
 const ROBOT: [&str; 4] =
     ["frame_rate:=50", "motion_time:=0.02", "auto_reset:=true", "max_steps:=100"];
 const SETTLE_TIME: &str = "settle_time:=0.06";
 const EPISODES: usize = 20;
 
-/// A model that was trained for a while, and its success in the test.
+/// Trains a model for 400 episodes. Returns its directory and the success rate of its evaluation.
 fn train(nodes: &mut Nodes) -> (PathBuf, f64) {
     let out = nodes.path("run");
     nodes.start_simulator(&[]);
@@ -36,34 +36,34 @@ fn train(nodes: &mut Nodes) -> (PathBuf, f64) {
     nodes.start_agent("train", &parameters);
     nodes.succeed("agent_node", TRAINING);
     nodes.signal("sim_node", "INT");
-    nodes.succeed("sim_node", PATIENCE);
+    nodes.succeed("sim_node", TIMEOUT);
     let summary = fs::read(out.join("summary.json")).expect("summary.json");
     let summary: serde_json::Value = serde_json::from_slice(&summary).expect("JSON");
     (out, summary["evaluation"]["success_rate"].as_f64().expect("a number"))
 }
 
 fn next<M: ros_interfaces::RosMessage>(node: &Node, topic: &Subscription<M>) -> M {
-    let next = node.block_on(async { tokio::time::timeout(PATIENCE, topic.async_take()).await });
-    next.expect("a message in time").expect("a message that can be read").0
+    let next = node.block_on(async { tokio::time::timeout(TIMEOUT, topic.async_take()).await });
+    next.expect("a message before the timeout").expect("a valid message").0
 }
 
 fn nanoseconds(stamp: Time) -> i64 {
     i64::from(stamp.sec) * 1_000_000_000 + i64::from(stamp.nanosec)
 }
 
-/// Watches until so many episodes are over; how many of them were escapes.
-fn watch(node: &Node, episodes: &Subscription<EpisodeStatus>, count: usize) -> usize {
-    let (mut over, mut escaped) = (0, 0);
-    while over < count {
+/// Waits for the end of `count` episodes and returns how many of them succeeded.
+fn count_successes(node: &Node, episodes: &Subscription<EpisodeStatus>, count: usize) -> usize {
+    let (mut finished, mut succeeded) = (0, 0);
+    while finished < count {
         let status = next(node, episodes);
-        over += usize::from(status.terminated || status.truncated);
-        escaped += usize::from(status.terminated);
+        finished += usize::from(status.terminated || status.truncated);
+        succeeded += usize::from(status.terminated);
     }
-    escaped
+    succeeded
 }
 
 #[test]
-fn a_policy_drives_by_images_alone_and_survives_what_happens_to_the_robot() {
+fn a_policy_drives_using_only_images_and_survives_robot_failures() {
     let mut nodes = Nodes::new();
     let (model, success_rate) = train(&mut nodes);
     assert!(success_rate > 0.95, "{success_rate}");
@@ -76,44 +76,48 @@ fn a_policy_drives_by_images_alone_and_survives_what_happens_to_the_robot() {
     nodes.wait_for_log("agent_node", "waiting for images");
     nodes.start_simulator(&ROBOT);
 
-    // What is executed answers an image of after the last move: by the stamps of both topics.
-    let (mut over, mut escaped, mut settled) = (0, 0, i64::MAX);
-    let mut given: Vec<ActionCommand> = Vec::new();
-    while over < EPISODES {
+    // Every executed command must be based on an image taken after the previous move. A command
+    // carries the stamp of its image, which is compared with the stamps on /episode.
+    let (mut finished, mut succeeded, mut previous_move) = (0, 0, i64::MAX);
+    let mut received: Vec<ActionCommand> = Vec::new();
+    while finished < EPISODES {
         let status = next(&node, &episodes);
         let now = nanoseconds(status.header.stamp);
-        // The first status may be of a step that was made before anybody listened.
-        if status.step > 0 && settled < i64::MAX {
-            let answers = |command: &ActionCommand| {
+        // Skips the first status: its command may predate our subscription.
+        if status.step > 0 && previous_move < i64::MAX {
+            let is_cause = |command: &ActionCommand| {
                 let stamp = nanoseconds(command.header.stamp);
-                command.action == status.action && (settled..now).contains(&stamp)
+                command.action == status.action && (previous_move..now).contains(&stamp)
             };
-            // The command may come after its effect: they are two topics.
-            while !given.iter().any(answers) {
+            // The topics are independent: the status may arrive before its command.
+            while !received.iter().any(is_cause) {
                 let command = next(&node, &commands);
                 assert!(!command.sent_by_service);
                 let stamp = nanoseconds(command.header.stamp);
-                assert!(stamp < now, "{status:?} answers nothing after {settled}: {given:?}");
-                given.push(command);
+                assert!(
+                    stamp < now,
+                    "no command since {previous_move} explains {status:?}: {received:?}"
+                );
+                received.push(command);
             }
         }
-        settled = now;
-        given.retain(|command| nanoseconds(command.header.stamp) >= settled);
-        over += usize::from(status.terminated || status.truncated);
-        escaped += usize::from(status.terminated);
+        previous_move = now;
+        received.retain(|command| nanoseconds(command.header.stamp) >= previous_move);
+        finished += usize::from(status.terminated || status.truncated);
+        succeeded += usize::from(status.terminated);
     }
-    assert!(escaped + 2 >= EPISODES, "{escaped} of {EPISODES}: {}", nodes.log("sim_node"));
+    assert!(succeeded + 2 >= EPISODES, "{succeeded} of {EPISODES}: {}", nodes.log("sim_node"));
 
-    // A robot that is lost: the agent says so where somebody looks, and drives nowhere.
+    // The robot fails: the agent reports it on /diagnostics and sends no more commands.
     let reports =
         node.create_subscription::<DiagnosticArray>("/diagnostics", reliable(10)).unwrap();
     nodes.kill("sim_node");
     nodes.wait_for_log("agent_node", "no new image");
-    let end = Instant::now() + PATIENCE;
+    let end = Instant::now() + TIMEOUT;
     let driver = loop {
-        assert!(Instant::now() < end, "the driver never reports that it waits");
-        let mut parts = next(&node, &reports).status.into_iter();
-        let driver = parts.find(|part| part.name == "agent_node: driver");
+        assert!(Instant::now() < end, "the driver does not report that it is waiting");
+        let mut statuses = next(&node, &reports).status.into_iter();
+        let driver = statuses.find(|status| status.name == "agent_node: driver");
         if let Some(driver) = driver.filter(|driver| driver.level != DiagnosticStatus::OK) {
             break driver;
         }
@@ -122,22 +126,22 @@ fn a_policy_drives_by_images_alone_and_survives_what_happens_to_the_robot() {
     assert!(driver.message.starts_with("waiting for images"), "{}", driver.message);
     while let Ok(Some(_)) = commands.take() {}
 
-    // Images of another camera are not answered, either.
+    // Images of the wrong size are ignored, too.
     let mut other = nodes.client();
     let publisher = other.create_publisher::<Image>("camera/image", reliable(1)).unwrap();
     let large = Image { width: 640, height: 480, encoding: "bgr8".into(), ..Image::default() };
-    let end = Instant::now() + PATIENCE;
+    let end = Instant::now() + TIMEOUT;
     while !nodes.log("agent_node").contains("640 x 480") {
         assert!(Instant::now() < end, "{}", nodes.log("agent_node"));
         publisher.publish_with(|| large.clone());
         std::thread::sleep(Duration::from_millis(10));
     }
-    assert!(commands.take().expect("commands can be read").is_none());
+    assert!(commands.take().expect("valid commands").is_none());
 
-    // Another one in its place, whose clock begins anew.
+    // A new robot takes over, whose clock starts again at 0.
     nodes.start_simulator(&ROBOT);
-    let escaped = watch(&node, &episodes, EPISODES / 2);
-    assert!(escaped + 2 >= EPISODES / 2, "{escaped}: {}", nodes.log("sim_node"));
+    let succeeded = count_successes(&node, &episodes, EPISODES / 2);
+    assert!(succeeded + 2 >= EPISODES / 2, "{succeeded}: {}", nodes.log("sim_node"));
     nodes.signal("agent_node", "INT");
-    nodes.succeed("agent_node", PATIENCE);
+    nodes.succeed("agent_node", TIMEOUT);
 }

@@ -1,4 +1,5 @@
-//! `evac`: options, errors before anything starts, and nothing left behind.
+//! Checks `evac`: its options, its errors before any node starts, and that it leaves no process
+//! behind.
 
 use evac_tests::{
     Nodes, binary,
@@ -12,7 +13,7 @@ fn evac(arguments: &[&str]) -> (bool, String, String) {
 }
 
 #[test]
-fn killed_in_any_way_it_leaves_no_process_and_the_training_goes_on() {
+fn evac_killed_by_any_signal_leaves_no_process_and_training_can_be_resumed() {
     assert_leaves_nothing(Kill::Alone("KILL"), 2);
     assert_leaves_nothing(Kill::Alone("TERM"), 2);
     assert_leaves_nothing(Kill::Alone("HUP"), 2);
@@ -20,11 +21,13 @@ fn killed_in_any_way_it_leaves_no_process_and_the_training_goes_on() {
 }
 
 #[test]
-fn help_has_every_parameter_with_its_default_and_choices() {
+fn help_lists_parameters_with_defaults_and_choices() {
     let (_, help, _) = evac(&["train", "--help"]);
+    // The lines are wrapped at the width of the terminal.
+    let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
     for expected in [
         "--episodes <N>",
-        "training episodes [1 to 1000000] [default: 3000]",
+        "number of training episodes [1 to 1000000] [default: 3000]",
         "[default: robust] [possible values: paper, robust]",
         "--step-duration <X>",
     ] {
@@ -35,7 +38,7 @@ fn help_has_every_parameter_with_its_default_and_choices() {
 }
 
 #[test]
-fn what_is_wrong_is_told_before_anything_starts() {
+fn rejects_invalid_options_before_any_node_starts() {
     for (arguments, expected) in [
         (
             &["train", "--episodes", "abc"][..],
@@ -48,10 +51,10 @@ fn what_is_wrong_is_told_before_anything_starts() {
         ),
         (&["train", "--step-duration", "0"], "'step_duration' is the number 0: expected"),
         (&["train", "--", "-p", "nonsense:=1"], "no parameter 'nonsense': this node has"),
-        // As `ros2 launch` ends them.
+        // The arguments that `ros2 launch` appends.
         (&["train", "--episodes", "0", "--ros-args"], "'episodes' is the integer 0"),
         (&["train", "--ros-args", "-p", "nonsense:=1"], "no parameter 'nonsense': this node has"),
-        (&["drive"], "which model? give --model DIR"),
+        (&["drive"], "missing option --model DIR"),
         (&["evaluate", "--model", "/nowhere"], "no trained model in /nowhere"),
     ] {
         let (succeeds, _, error) = evac(arguments);

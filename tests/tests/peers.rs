@@ -1,12 +1,11 @@
-//! Images and services, and what nodes say of themselves, as a stock ROS 2 tool meets them: by
-//! CycloneDDS, an independent implementation.
+//! Checks topics and services with CycloneDDS, an independent DDS implementation.
 
 use std::{
     io::{BufRead, BufReader},
     process::Stdio,
 };
 
-use evac_tests::{Nodes, PATIENCE, assert_calls_the_services};
+use evac_tests::{Nodes, TIMEOUT, assert_calls_the_services};
 use ros_runtime::{
     corrections::is_corrected,
     parameters::{ParameterClient, ParameterValue},
@@ -17,7 +16,7 @@ const FRAMES: u64 = 50;
 fn read_images(nodes: &Nodes, options: &[&str]) -> serde_json::Value {
     let mut reader = nodes.peer("image_reader.py");
     reader
-        .args(["--frames", &FRAMES.to_string(), "--timeout", &PATIENCE.as_secs().to_string()])
+        .args(["--frames", &FRAMES.to_string(), "--timeout", &TIMEOUT.as_secs().to_string()])
         .args(options);
     let (status, text, error) = nodes.run(&mut reader);
     assert!(status.success(), "{options:?}: {error}");
@@ -25,7 +24,7 @@ fn read_images(nodes: &Nodes, options: &[&str]) -> serde_json::Value {
 }
 
 #[test]
-fn cyclone_dds_reads_the_images_of_a_training() {
+fn cyclone_dds_receives_the_images_of_a_training_run() {
     let mut nodes = Nodes::new();
     let out = format!("out:='{}'", nodes.path("run").display());
     nodes.start_simulator(&[]);
@@ -41,39 +40,39 @@ fn cyclone_dds_reads_the_images_of_a_training() {
 }
 
 #[test]
-fn cyclone_dds_hears_diagnostics_and_parameter_events() {
+fn cyclone_dds_receives_diagnostics_and_parameter_events() {
     let mut nodes = Nodes::new();
     nodes.start_simulator(&[]);
-    let timeout = PATIENCE.as_secs().to_string();
+    let timeout = TIMEOUT.as_secs().to_string();
     let mut watcher = nodes.peer("node_watcher.py");
     watcher.args(["--node", "/sim_node", "--parameter", "scenario", "--timeout", &timeout]);
     let mut watcher = watcher.stdout(Stdio::piped()).spawn().expect("the watcher starts");
-    let output = watcher.stdout.take().expect("it is piped");
-    let mut lines = BufReader::new(output).lines().map(|line| line.expect("text"));
+    let output = watcher.stdout.take().expect("piped output");
+    let mut lines = BufReader::new(output).lines().map(|line| line.expect("UTF-8"));
     assert_eq!(lines.next().as_deref(), Some("listening"));
     let mut node = nodes.client();
     let parameters = ParameterClient::new(&mut node, "sim_node").expect("a client");
     let concave = ParameterValue::String("concave".to_owned());
-    let set = node.block_on(parameters.set("scenario", concave, PATIENCE));
+    let set = node.block_on(parameters.set("scenario", concave, TIMEOUT));
     assert_eq!(set, Ok(Ok(())));
     let report: serde_json::Value =
         serde_json::from_str(&lines.next().expect("a report")).expect("JSON");
-    assert!(watcher.wait().expect("it is our child").success());
+    assert!(watcher.wait().expect("a child process").success());
     let expected = serde_json::json!({
         "parts": { "DDS": u8::from(!is_corrected()), "camera": 0, "room": 0 }, "changed": ["concave"],
     });
     assert_eq!(report, expected);
 }
 
-/// The example for Gymnasium, but for its rclpy: the services are called by CycloneDDS.
+/// Checks the Gymnasium example with CycloneDDS in place of rclpy.
 #[test]
-fn gymnasium_finds_nothing_wrong_with_its_example() {
+fn the_gymnasium_example_passes_the_environment_checker() {
     let mut nodes = Nodes::new();
     nodes.set_variable("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp");
     nodes.start_simulator(&["max_steps:=50"]);
     let mut check = nodes.peer("gymnasium_check.py");
     let (status, text, error) =
-        nodes.run(check.args(["--timeout", &PATIENCE.as_secs().to_string()]));
+        nodes.run(check.args(["--timeout", &TIMEOUT.as_secs().to_string()]));
     assert!(status.success(), "{error}");
     let found: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     assert_eq!(found, serde_json::json!({ "episodes": 3, "repeats": true }));
@@ -81,7 +80,7 @@ fn gymnasium_finds_nothing_wrong_with_its_example() {
 }
 
 #[test]
-fn cyclone_dds_calls_the_services_as_its_rmw_maps_them() {
+fn cyclone_dds_calls_the_services_with_the_mapping_of_rmw_cyclonedds() {
     let mut nodes = Nodes::new();
     nodes.set_variable("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp");
     nodes.start_simulator(&[]);

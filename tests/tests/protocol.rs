@@ -1,17 +1,20 @@
-//! Exactly once, in every order of events: the protocol of `/reset` and `/step`, explored exhaustively.
+//! Model checking of the protocol of `/reset` and `/step`: explores every order of events and
+//! checks that each step is executed exactly once.
 //!
-//! Both sides are the real ones: the simulator's `Session` and the agent's `Conversation`. Between
-//! them is a network that forgets nothing: whatever was ever asked may reach the simulator at any
-//! time and any number of times, or never, and so may every answer to what the agent waits for. That
-//! is all that loss, repetition, delay, overtaking and asking again can do, without any bound.
-//! (Answers to anything else reach nobody: a client knows its answers by the request's identity, and
-//! throws others away.) At any time either side may be killed and started again, the agent from a
-//! checkpoint in any of its episodes, and the agent may ask by a new client, as it does when a send
-//! window is full. Bounded are the work, two episodes of three steps, and how often somebody is
-//! killed or a client replaced, twice. Those are some 137,000 states.
+//! Both ends are the real implementations: the simulator's `Session` and the agent's
+//! `Conversation`. The network between them keeps every message: each request sent so far can reach
+//! the simulator at any time, any number of times or never, and so can each response to the agent's
+//! pending request. This covers unlimited loss, duplication, delay, reordering and retries.
+//! (Responses to other requests need not be modelled: a client discards them by the identity of
+//! the request.)
 //!
-//! In every state that can be reached the promises must hold. The last of them is that the training
-//! ends, as if nothing had happened, as soon as messages come through.
+//! At any time, either node can be killed and restarted, the agent from a checkpoint in any of its
+//! episodes, and the agent can retry with a new client, as it does when a send window is full. The
+//! training is limited to two episodes of three steps, and kills and client replacements to two in
+//! total. The model has about 137,000 states.
+//!
+//! The `always` properties must hold in every reachable state. The last of them is that the
+//! training ends with the undisturbed result once messages are delivered again.
 
 use std::{
     fmt::{Debug, Formatter},
@@ -35,26 +38,24 @@ use sim_node::{
 use stateright::{Checker, HasDiscoveries, Model, Property};
 use task::{Action, Environment, Image, Scenario, Step};
 
-/// Obstacles move in it: no two steps show the same image, whether the robot moves or not.
+/// Obstacles move in this scenario, so that no two images are equal, even if a move is blocked.
 const SCENARIO: Scenario = Scenario::ThreeMoving;
-/// Of the episodes.
+/// The seed of each episode.
 const SEEDS: [u64; 2] = [1, 2];
-/// Of every episode: alike, so that nothing but numbers tells the steps apart, and so many that there
-/// is one to come when the first is no longer the latest.
+/// The actions of each episode. They are equal, so that steps differ only in their numbers. There
+/// are three, so that one is still to come when the first is no longer the latest.
 const ACTIONS: [u8; 3] = [3, 3, 3];
-/// How often at most somebody is killed or a client replaced.
-const FAULTS: u32 = 2;
+/// Maximum number of kills and client replacements.
+const MAX_FAULTS: u32 = 2;
 
-/// More requests than a training needs, with all that is repeated after a restart.
-const ENOUGH: usize = 100;
+/// Upper bound on the requests in a training run, including those repeated after a restart.
+const MAX_REQUESTS: usize = 100;
 
-/// A training of a few steps: what the agent sees in each episode if nothing goes wrong, at first and
-/// after each step.
+/// The model: a training run of a few steps.
 struct Training {
-    undisturbed: Vec<Vec<Done>>,
+    /// The results of an undisturbed training run, for each episode: the reset and each step.
+    undisturbed: Vec<Vec<Outcome>>,
 }
-
-type Promise = Property<Training>;
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 enum Request {
@@ -63,14 +64,14 @@ enum Request {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-enum Answer {
+enum Response {
     Reset(reset::Response),
     Step(step::Response),
 }
 
-/// What the agent has begun, and has come to its end.
+/// The result of a completed reset or step, as the learner receives it.
 #[derive(Clone, Debug, PartialEq)]
-enum Done {
+enum Outcome {
     Reset(Image),
     Step(Step),
 }
@@ -79,67 +80,72 @@ enum Done {
 struct State {
     simulator: Simulator,
     agent: Agent,
-    /// All that was ever asked.
+    /// All requests sent so far.
     requests: Vec<(Client, Request)>,
-    /// All answers to what the agent asks now.
-    answers: Vec<Letter>,
-    /// How often somebody was killed or a client replaced.
+    /// All responses to the agent's pending request.
+    responses: Vec<Message>,
+    /// Number of kills and client replacements so far.
     faults: u32,
 }
 
-/// A start of the simulator.
+/// One run of the simulator's process.
 #[derive(Clone)]
 struct Simulator {
+    /// Number of the run, counted from 1.
     start: u32,
-    /// What it has executed. The session follows from that.
+    /// The executed requests, which determine the session.
     executed: Vec<(Client, Request)>,
     session: Arc<Session>,
 }
 
-/// A start of the agent.
+/// One run of the agent's process.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Agent {
     client: Client,
     conversation: Conversation,
-    /// The episode, and how many images of it were seen.
+    /// Index of the episode.
     episode: usize,
-    seen: usize,
-    /// Whether something was seen that an undisturbed training does not show.
-    is_deceived: bool,
+    /// Number of completed requests (the reset and steps) of the episode.
+    completed: usize,
+    /// Whether an outcome differed from that of an undisturbed training run.
+    is_corrupted: bool,
     activity: Activity,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 enum Activity {
-    Asking(Request),
-    /// The training is done.
-    Ready,
-    /// It has stopped: somebody else has reset the room.
+    /// Waiting for the response to a request.
+    Waiting(Request),
+    /// The training is complete.
+    Finished,
+    /// Stopped, because another client has reset the simulator.
     TakenOver,
-    /// It has stopped for another reason.
+    /// Stopped by another error.
     Failed(String),
 }
 
-/// A client as DDS knows it: the first one of a start of the agent, or the one that took its place.
+/// A DDS client of the agent: the first client in a run of the agent, or its replacement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Client {
     start: u32,
     is_first: bool,
 }
 
+/// A response on its way to the agent.
 #[derive(Clone, PartialEq)]
-struct Letter(Answer);
+struct Message(Response);
 
 #[derive(Clone, Debug, PartialEq)]
 enum Event {
-    /// A request reaches the simulator, perhaps once more.
+    /// A request reaches the simulator, possibly as a duplicate.
     Request(Client, Request),
-    /// An answer reaches the agent.
-    Answer(Letter),
-    /// The agent asks once more, by a new client.
+    /// A response reaches the agent.
+    Response(Message),
+    /// The agent repeats its request with a new client.
     NewClient,
+    /// The simulator is killed and restarted.
     RestartedSimulator,
-    /// From a checkpoint in this episode.
+    /// The agent is killed and restarted from a checkpoint in this episode.
     RestartedAgent(usize),
 }
 
@@ -147,16 +153,17 @@ impl Training {
     fn new() -> Training {
         let mut room = Room::new(settings());
         let mut episode = |seed| {
-            let first = room.reset(seed, SCENARIO.name()).map(Done::Reset);
+            let first = room.reset(seed, SCENARIO.name()).map(Outcome::Reset);
             let steps = ACTIONS.map(|index| room.step(action(index)));
-            let steps = steps.into_iter().map(|step| step.map(Done::Step));
-            [first].into_iter().chain(steps).collect::<Result<Vec<Done>, _>>()
+            let steps = steps.into_iter().map(|step| step.map(Outcome::Step));
+            [first].into_iter().chain(steps).collect::<Result<Vec<Outcome>, _>>()
         };
         let episodes: Result<Vec<_>, _> = SEEDS.map(seed).into_iter().map(&mut episode).collect();
-        let undisturbed = episodes.expect("the room answers");
-        let seen: Vec<&Done> = undisturbed.iter().flatten().collect();
-        for (index, done) in seen.iter().enumerate() {
-            assert!(!seen[..index].contains(done), "a wrong image must be told by its looks");
+        let undisturbed = episodes.expect("two episodes");
+        let outcomes: Vec<&Outcome> = undisturbed.iter().flatten().collect();
+        for (index, outcome) in outcomes.iter().enumerate() {
+            // Otherwise `is_corrupted` could miss a response to the wrong request.
+            assert!(!outcomes[..index].contains(outcome), "two outcomes are equal");
         }
         Training { undisturbed }
     }
@@ -171,22 +178,22 @@ impl Model for Training {
             simulator: Simulator::start(1),
             agent: Agent::start(1, 0),
             requests: Vec::new(),
-            answers: Vec::new(),
+            responses: Vec::new(),
             faults: 0,
         };
-        state.ask();
+        state.send_request();
         vec![state]
     }
 
     fn actions(&self, state: &State, events: &mut Vec<Event>) {
         let requests = state.requests.iter().cloned();
         events.extend(requests.map(|(client, request)| Event::Request(client, request)));
-        events.extend(state.answers.iter().cloned().map(Event::Answer));
-        if state.faults == FAULTS {
+        events.extend(state.responses.iter().cloned().map(Event::Response));
+        if state.faults == MAX_FAULTS {
             return;
         }
-        let begun = SEEDS.len().min(state.agent.episode + 1);
-        events.extend((0..begun).map(Event::RestartedAgent));
+        let started_episodes = SEEDS.len().min(state.agent.episode + 1);
+        events.extend((0..started_episodes).map(Event::RestartedAgent));
         events.push(Event::RestartedSimulator);
         if state.agent.is_resetting() && state.agent.client.is_first {
             events.push(Event::NewClient);
@@ -198,60 +205,62 @@ impl Model for Training {
         state.faults += u32::from(event.is_fault());
         match event {
             Event::Request(client, request) => {
-                let answer = Letter(state.simulator.answer(client, &request));
-                if state.is_awaited(client, &request) && !state.answers.contains(&answer) {
-                    state.answers.push(answer);
+                let response = Message(state.simulator.handle(client, &request));
+                if state.is_pending(client, &request) && !state.responses.contains(&response) {
+                    state.responses.push(response);
                 }
             }
-            Event::Answer(Letter(answer)) => {
-                state.agent.hear(answer, self);
-                state.ask();
+            Event::Response(Message(response)) => {
+                state.agent.receive(response, self);
+                state.send_request();
             }
             Event::NewClient => {
                 state.agent.client.is_first = false;
-                state.ask();
+                state.send_request();
             }
             Event::RestartedSimulator => {
                 state.simulator = Simulator::start(state.simulator.start + 1);
             }
             Event::RestartedAgent(episode) => {
                 state.agent = Agent::start(state.agent.client.start + 1, episode);
-                state.ask();
+                state.send_request();
             }
         }
         (state != *before).then_some(state)
     }
 
-    fn properties(&self) -> Vec<Promise> {
+    fn properties(&self) -> Vec<Property<Training>> {
         vec![
-            Promise::always("a request is executed once, and in its order", |_, state| {
+            Property::<Self>::always("each request is executed once and in order", |_, state| {
                 state.simulator.executes_once_and_in_order()
             }),
-            Promise::always(
-                "both agree on episode and step, or say that they do not",
-                |_, state| state.both_agree_or_say_so(),
+            Property::<Self>::always(
+                "agent and simulator agree on the step, or the step is refused",
+                |_, state| state.agrees_or_refuses(),
             ),
-            Promise::always("the agent sees what an undisturbed training shows", |_, state| {
-                !state.agent.is_deceived
+            Property::<Self>::always("the agent receives the undisturbed outcomes", |_, state| {
+                !state.agent.is_corrupted
             }),
-            Promise::always("only what a killed agent asked can stop an agent", |_, state| {
+            Property::<Self>::always("only a killed agent's request stops an agent", |_, state| {
                 match state.agent.activity {
                     Activity::Failed(_) => false,
                     Activity::TakenOver => state.agent.client.start > 1,
-                    Activity::Asking(_) | Activity::Ready => true,
+                    Activity::Waiting(_) | Activity::Finished => true,
                 }
             }),
-            Promise::always("the training ends once messages come through", |training, state| {
-                state.ends_undisturbed(training)
-            }),
-            // What else is there to see, so that the promises are not kept for want of events?
-            Promise::sometimes("a training ends although both were killed", |_, state| {
+            Property::<Self>::always(
+                "the training ends once messages are delivered",
+                |training, state| state.ends_undisturbed(training),
+            ),
+            // The next two show that faults occur, so that those above are not trivially true.
+            Property::<Self>::sometimes("training ends after both nodes are killed", |_, state| {
                 let both = state.simulator.start > 1 && state.agent.client.start > 1;
-                both && state.agent.activity == Activity::Ready
+                both && state.agent.activity == Activity::Finished
             }),
-            Promise::sometimes("a killed agent's reset stops the next one", |_, state| {
-                state.agent.activity == Activity::TakenOver
-            }),
+            Property::<Self>::sometimes(
+                "a killed agent's reset stops its successor",
+                |_, state| state.agent.activity == Activity::TakenOver,
+            ),
         ]
     }
 }
@@ -259,30 +268,31 @@ impl Model for Training {
 impl Event {
     fn is_fault(&self) -> bool {
         match self {
-            Event::Request(..) | Event::Answer(_) => false,
+            Event::Request(..) | Event::Response(_) => false,
             Event::NewClient | Event::RestartedSimulator | Event::RestartedAgent(_) => true,
         }
     }
 }
 
 impl State {
-    /// Lets the network know what the agent asks now. Answers to anything else reach nobody.
-    fn ask(&mut self) {
-        if let Activity::Asking(request) = &self.agent.activity {
+    /// Sends the agent's pending request and drops the responses to its previous one.
+    fn send_request(&mut self) {
+        if let Activity::Waiting(request) = &self.agent.activity {
             self.requests.push((self.agent.client, request.clone()));
         }
-        self.answers.clear();
+        self.responses.clear();
     }
 
-    fn is_awaited(&self, client: Client, request: &Request) -> bool {
+    /// Returns whether the agent is waiting for the response to this request.
+    fn is_pending(&self, client: Client, request: &Request) -> bool {
         client.start == self.agent.client.start
-            && matches!(&self.agent.activity, Activity::Asking(awaited) if awaited == request)
+            && matches!(&self.agent.activity, Activity::Waiting(pending) if pending == request)
     }
 
-    /// Of a step that the agent waits for: whether it is the simulator's latest or next one and is
-    /// answered so, or is refused with an empty image.
-    fn both_agree_or_say_so(&self) -> bool {
-        let Activity::Asking(Request::Step(request)) = &self.agent.activity else {
+    /// Returns whether the agent's pending step, if there is one, is the simulator's latest or next
+    /// step and is answered as such, or is refused with an empty image.
+    fn agrees_or_refuses(&self) -> bool {
+        let Activity::Waiting(Request::Step(request)) = &self.agent.activity else {
             return true;
         };
         let mut session = Session::clone(&self.simulator.session);
@@ -298,19 +308,19 @@ impl State {
         }
     }
 
-    /// Whether the training ends, and as if nothing had happened, if from now on every request is
-    /// answered at once. An agent that was stopped is started again, once.
+    /// Returns whether the training ends with the undisturbed outcomes if from now on every request
+    /// is answered at once. An agent that was taken over is restarted once.
     fn ends_undisturbed(&self, training: &Training) -> bool {
         let State { mut simulator, mut agent, .. } = self.clone();
-        for _ in 0..ENOUGH {
+        for _ in 0..MAX_REQUESTS {
             match agent.activity.clone() {
-                Activity::Asking(request) => {
-                    agent.hear(simulator.answer(agent.client, &request), training);
+                Activity::Waiting(request) => {
+                    agent.receive(simulator.handle(agent.client, &request), training);
                 }
                 Activity::TakenOver if agent.client.start == self.agent.client.start => {
                     agent = Agent::start(agent.client.start + 1, agent.episode);
                 }
-                Activity::Ready => return !agent.is_deceived,
+                Activity::Finished => return !agent.is_corrupted,
                 Activity::TakenOver | Activity::Failed(_) => return false,
             }
         }
@@ -320,41 +330,41 @@ impl State {
 
 impl Simulator {
     fn start(start: u32) -> Simulator {
-        let world = World::new(settings(), SCENARIO, 0).expect("nothing is held fixed");
-        let camera = Camera::new(CameraSettings::default()).expect("the default mount is possible");
+        let world = World::new(settings(), SCENARIO, 0).expect("a possible layout");
+        let camera = Camera::new(CameraSettings::default()).expect("valid default settings");
         let (session, _) = Session::numbered(number(start), world, camera, 0.5);
         Simulator { start, executed: Vec::new(), session: Arc::new(session) }
     }
 
-    fn answer(&mut self, client: Client, request: &Request) -> Answer {
+    fn handle(&mut self, client: Client, request: &Request) -> Response {
         let session = Arc::make_mut(&mut self.session);
-        let (answer, executed) = match request {
+        let (response, executed) = match request {
             Request::Reset(request) => {
                 let (response, executed) = session.reset(client.identity(), request, SCENARIO);
-                (Answer::Reset(response), executed)
+                (Response::Reset(response), executed)
             }
             Request::Step(request) => {
                 let (response, executed) = session.step(request);
-                (Answer::Step(response), executed)
+                (Response::Step(response), executed)
             }
         };
         if executed.is_some() {
             self.executed.push((client, request.clone()));
         }
-        answer
+        response
     }
 
     fn executes_once_and_in_order(&self) -> bool {
-        // The first episode is the simulator's own.
-        let (mut episode, mut taken) = (u64::from(self.start) << 32 | 1, 0);
+        // Episode 1 begins with the simulator's own reset at startup.
+        let (mut episode, mut steps) = (u64::from(self.start) << 32 | 1, 0);
         self.executed.iter().enumerate().all(|(index, (_, request))| match request {
             Request::Reset(_) => {
-                (episode, taken) = (episode + 1, 0);
+                (episode, steps) = (episode + 1, 0);
                 self.executed[..index].iter().all(|(_, earlier)| earlier != request)
             }
             Request::Step(step) => {
-                taken += 1;
-                (step.episode, step.step) == (episode, taken)
+                steps += 1;
+                (step.episode, step.step) == (episode, steps)
             }
         })
     }
@@ -369,50 +379,50 @@ impl Agent {
             client: Client { start, is_first: true },
             conversation,
             episode,
-            seen: 0,
-            is_deceived: false,
-            activity: Activity::Asking(request),
+            completed: 0,
+            is_corrupted: false,
+            activity: Activity::Waiting(request),
         }
     }
 
     fn is_resetting(&self) -> bool {
-        matches!(self.activity, Activity::Asking(Request::Reset(_)))
+        matches!(self.activity, Activity::Waiting(Request::Reset(_)))
     }
 
-    fn hear(&mut self, answer: Answer, training: &Training) {
-        self.activity = match self.next(answer, training) {
-            Ok(Some(request)) => Activity::Asking(request),
-            Ok(None) => Activity::Ready,
+    fn receive(&mut self, response: Response, training: &Training) {
+        self.activity = match self.next_request(response, training) {
+            Ok(Some(request)) => Activity::Waiting(request),
+            Ok(None) => Activity::Finished,
             Err(SimulatorError::TakenOver(_)) => Activity::TakenOver,
             Err(error) => Activity::Failed(error.to_string()),
         };
     }
 
-    /// What to ask after an answer; none if the training is done.
-    fn next(
+    /// Returns the request that follows a response; `None` at the end of the training.
+    fn next_request(
         &mut self,
-        answer: Answer,
+        response: Response,
         training: &Training,
     ) -> Result<Option<Request>, SimulatorError> {
-        let done = match answer {
-            Answer::Reset(response) if self.seen == 0 => {
-                Done::Reset(self.conversation.begun(response)?)
+        let outcome = match response {
+            Response::Reset(response) if self.completed == 0 => {
+                Outcome::Reset(self.conversation.begun(response)?)
             }
-            Answer::Reset(response) => {
+            Response::Reset(response) => {
                 return Ok(Some(Request::Step(self.conversation.repeated(response)?)));
             }
-            Answer::Step(response) => match self.conversation.stepped(response)? {
-                AfterStep::Done(step) => Done::Step(step),
+            Response::Step(response) => match self.conversation.stepped(response)? {
+                AfterStep::Done(step) => Outcome::Step(step),
                 AfterStep::Step(request) => return Ok(Some(Request::Step(request))),
                 AfterStep::Reset(request) => return Ok(Some(Request::Reset(request))),
             },
         };
-        self.is_deceived |= done != training.undisturbed[self.episode][self.seen];
-        self.seen += 1;
-        if let Some(index) = ACTIONS.get(self.seen - 1) {
+        self.is_corrupted |= outcome != training.undisturbed[self.episode][self.completed];
+        self.completed += 1;
+        if let Some(index) = ACTIONS.get(self.completed - 1) {
             return Ok(Some(Request::Step(self.conversation.begin_step(action(*index))?)));
         }
-        (self.episode, self.seen) = (self.episode + 1, 0);
+        (self.episode, self.completed) = (self.episode + 1, 0);
         let Some(next) = SEEDS.get(self.episode) else {
             return Ok(None);
         };
@@ -422,7 +432,7 @@ impl Agent {
 }
 
 impl Client {
-    /// As DDS identifies it.
+    /// Returns a unique identity in place of the client's GUID.
     fn identity(self) -> [u8; 16] {
         (u128::from(self.start) << 1 | u128::from(self.is_first)).to_be_bytes()
     }
@@ -451,14 +461,14 @@ impl Debug for Simulator {
     }
 }
 
-impl Eq for Letter {}
+impl Eq for Message {}
 
-impl Hash for Letter {
+impl Hash for Message {
     fn hash<H: Hasher>(&self, state: &mut H) {
         match &self.0 {
-            Answer::Reset(response) => response.hash(state),
-            Answer::Step(response) => {
-                // A float cannot be hashed; the reward follows from the rest.
+            Response::Reset(response) => response.hash(state),
+            Response::Step(response) => {
+                // Floats are not hashable; the other fields determine the reward.
                 let step::Response { status, message, image, reward: _, terminated, .. } = response;
                 (status, message, image, terminated).hash(state);
                 let step::Response { truncated, blocked, episode, step, .. } = response;
@@ -468,14 +478,14 @@ impl Hash for Letter {
     }
 }
 
-/// Without the image.
-impl Debug for Letter {
+/// Omits the image.
+impl Debug for Message {
     fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
         match &self.0 {
-            Answer::Reset(response) => {
+            Response::Reset(response) => {
                 write!(f, "{}, episode {}", status::name(response.status), response.episode)
             }
-            Answer::Step(response) => {
+            Response::Step(response) => {
                 let step::Response { status, episode, step, .. } = response;
                 write!(f, "{}, episode {episode}, step {step}", status::name(*status))
             }
@@ -488,11 +498,11 @@ fn settings() -> WorldSettings {
 }
 
 fn number(start: u32) -> NonZeroU32 {
-    NonZeroU32::new(start).expect("starts count from 1")
+    NonZeroU32::new(start).expect("starts are counted from 1")
 }
 
 fn seed(seed: u64) -> NonZeroU64 {
-    NonZeroU64::new(seed).expect("0 is no seed")
+    NonZeroU64::new(seed).expect("seeds are not 0")
 }
 
 fn action(index: u8) -> Action {
@@ -500,10 +510,10 @@ fn action(index: u8) -> Action {
 }
 
 #[test]
-fn whatever_the_network_does_and_whoever_is_killed_a_step_is_taken_once() {
+fn each_step_is_executed_once_despite_network_faults_and_kills() {
     let threads = available_parallelism().map_or(1, usize::from);
     let builder = Training::new().checker().threads(threads);
     let checker = builder.finish_when(HasDiscoveries::AnyFailures).spawn_bfs().join();
-    println!("{} states, {} events deep", checker.unique_state_count(), checker.max_depth());
+    println!("{} states, depth {}", checker.unique_state_count(), checker.max_depth());
     checker.assert_properties();
 }

@@ -1,6 +1,6 @@
-//! What a user types beside the nodes on a machine with ROS 2.
+//! Uses the nodes with the ROS 2 command-line tools, the launch files and the examples.
 //!
-//! These tests need a sourced ROS 2 Jazzy and a sourced workspace with the packages of this repository:
+//! These tests need ROS 2 Jazzy and a workspace with the packages of this repository, both sourced:
 //! `EVAC_ROS2=required launch_scripts/test.sh --all` runs them.
 
 use std::{
@@ -11,52 +11,55 @@ use std::{
 };
 
 use evac_msgs::{ActionCommand, EpisodeStatus};
-use evac_tests::{Nodes, PATIENCE, repository};
+use evac_tests::{Nodes, TIMEOUT, repository};
 use ros_interfaces::{RosMessage, geometry_msgs::Twist, sensor_msgs::Image, std_msgs::Header};
 use ros_runtime::node::{Node, Subscription, reliable};
 use tokio::time::timeout;
 
-/// Images come by themselves, and a stock tool has something to hear.
+/// Makes the simulator publish images without any request, so that the tools have something to
+/// receive.
 const SIMULATOR: [&str; 1] = ["frame_rate:=20.0"];
 
-/// `ros2` with some words after it, in the domain of the nodes.
-fn ros2(nodes: &Nodes, words: &str) -> Command {
+/// Returns a `ros2` command in the domain of the nodes.
+fn ros2(nodes: &Nodes, arguments: &str) -> Command {
     let mut command = nodes.command("ros2");
-    command.args(words.split(' '));
+    command.args(arguments.split(' '));
     command
 }
 
-/// What `ros2` prints, which must come to an end well.
+/// Runs a command, which must succeed, and returns its standard output.
 fn output(nodes: &Nodes, command: &mut Command) -> String {
     let (status, text, error) = nodes.run(command);
     assert!(status.success(), "{command:?}: {text}\n{error}");
     text
 }
 
-/// Repeats a command until it prints what is expected: a new process hears of the nodes by and by.
-fn output_with(nodes: &Nodes, words: &str, expected: &[&str]) -> String {
-    let end = Instant::now() + PATIENCE;
+/// Repeats a `ros2` command until its output contains all `expected` texts, because a new process
+/// needs time to discover the nodes. Returns standard output and standard error.
+fn output_with(nodes: &Nodes, arguments: &str, expected: &[&str]) -> String {
+    let end = Instant::now() + TIMEOUT;
     loop {
-        let (_, text, error) = nodes.run(&mut ros2(nodes, words));
-        // What is refused is told on standard error.
+        let (_, text, error) = nodes.run(&mut ros2(nodes, arguments));
+        // Refusals are printed to standard error.
         let text = text + &error;
         match expected.iter().find(|part| !text.contains(**part)) {
             None => return text,
             Some(part) => {
-                assert!(Instant::now() < end, "`ros2 {words}` never prints '{part}': {text}");
+                let is_in_time = Instant::now() < end;
+                assert!(is_in_time, "`ros2 {arguments}` does not print '{part}': {text}");
             }
         }
     }
 }
 
-/// A simulator that publishes images by itself.
+/// Starts a simulator that publishes images without any request.
 fn simulator() -> Nodes {
     let mut nodes = Nodes::new();
     nodes.start_simulator(&SIMULATOR);
     nodes
 }
 
-/// Beside it an agent that trains.
+/// Starts a simulator and a training run that outlasts the test.
 fn training() -> Nodes {
     let mut nodes = simulator();
     let out = format!("out:='{}'", nodes.path("run").display());
@@ -66,7 +69,7 @@ fn training() -> Nodes {
 
 #[test]
 #[ignore = "needs ROS 2: EVAC_ROS2=required launch_scripts/test.sh --all"]
-fn topics_are_listed_heard_and_described() {
+fn topic_list_echo_and_info_work() {
     let nodes = training();
     let topics = [
         "/camera/image [sensor_msgs/msg/Image]",
@@ -100,7 +103,7 @@ fn topics_are_listed_heard_and_described() {
 
 #[test]
 #[ignore = "needs ROS 2: EVAC_ROS2=required launch_scripts/test.sh --all"]
-fn rviz_is_set_up_for_topics_that_are_published() {
+fn the_rviz_configuration_uses_published_topics() {
     let nodes = simulator();
     let file = repository().join("launch_scripts/rviz/evac.rviz");
     let settings = std::fs::read_to_string(file).expect("the configuration of RViz");
@@ -112,9 +115,9 @@ fn rviz_is_set_up_for_topics_that_are_published() {
 
 #[test]
 #[ignore = "needs ROS 2: EVAC_ROS2=required launch_scripts/test.sh --all"]
-fn the_rate_of_the_images_is_measured() {
+fn topic_hz_measures_the_image_rate() {
     let nodes = simulator();
-    // It has no end of its own.
+    // `ros2 topic hz` does not exit on its own.
     let log = nodes.path("rate");
     let mut hz = ros2(&nodes, "topic hz /camera/image")
         .env("PYTHONUNBUFFERED", "1")
@@ -122,7 +125,7 @@ fn the_rate_of_the_images_is_measured() {
         .stderr(Stdio::null())
         .spawn()
         .expect("ros2 starts");
-    let end = Instant::now() + PATIENCE;
+    let end = Instant::now() + TIMEOUT;
     let is_measured = loop {
         let text = std::fs::read_to_string(&log).unwrap_or_default();
         if text.contains("average rate: ") || Instant::now() > end {
@@ -130,14 +133,14 @@ fn the_rate_of_the_images_is_measured() {
         }
         std::thread::sleep(Duration::from_millis(50));
     };
-    hz.kill().expect("it is our child");
-    hz.wait().expect("it is our child");
-    assert!(is_measured);
+    hz.kill().expect("a child process");
+    hz.wait().expect("a child process");
+    assert!(is_measured, "`ros2 topic hz` prints no rate");
 }
 
 #[test]
 #[ignore = "needs ROS 2: EVAC_ROS2=required launch_scripts/test.sh --all"]
-fn node_info_lists_what_is_there() {
+fn node_info_lists_topics_and_services() {
     let nodes = training();
     let info = output_with(
         &nodes,
@@ -197,7 +200,7 @@ fn node_info_lists_what_is_there() {
 
 #[test]
 #[ignore = "needs ROS 2: EVAC_ROS2=required launch_scripts/test.sh --all"]
-fn parameters_are_listed_described_and_set() {
+fn param_list_get_describe_set_and_dump_work() {
     let nodes = simulator();
     output_with(&nodes, "param list --no-daemon /sim_node", &["scenario", "max_steps"]);
     output_with(&nodes, "param get --no-daemon /sim_node scenario", &["String value is: empty"]);
@@ -223,22 +226,22 @@ fn parameters_are_listed_described_and_set() {
 
 #[test]
 #[ignore = "needs ROS 2: EVAC_ROS2=required launch_scripts/test.sh --all"]
-fn services_are_called() {
+fn service_call_resets_and_steps_the_simulator() {
     let nodes = simulator();
-    let call = |nodes: &Nodes, words: &str, request: &str| {
-        output(nodes, ros2(nodes, &format!("service call {words}")).arg(request))
+    let call = |nodes: &Nodes, service: &str, request: &str| {
+        output(nodes, ros2(nodes, &format!("service call {service}")).arg(request))
     };
-    let begun = call(&nodes, "/reset evac_msgs/srv/Reset", "{seed: 7, scenario: concave}");
-    assert!(begun.contains("success=True"), "{begun}");
-    let taken = call(&nodes, "/step evac_msgs/srv/Step", "{action: 3}");
-    assert!(taken.contains("success=True") && taken.contains("step=1"), "{taken}");
+    let reset = call(&nodes, "/reset evac_msgs/srv/Reset", "{seed: 7, scenario: concave}");
+    assert!(reset.contains("success=True"), "{reset}");
+    let step = call(&nodes, "/step evac_msgs/srv/Step", "{action: 3}");
+    assert!(step.contains("success=True") && step.contains("step=1"), "{step}");
     let refused = call(&nodes, "/step evac_msgs/srv/Step", "{action: 9}");
     assert!(refused.contains("success=False") && refused.contains("0 to 6"), "{refused}");
 }
 
 #[test]
 #[ignore = "needs ROS 2: EVAC_ROS2=required launch_scripts/test.sh --all"]
-fn a_training_is_recorded_and_played_again() {
+fn a_bag_of_a_training_run_can_be_recorded_and_played() {
     let mut nodes = training();
     let bag = nodes.path("bag");
     let bag = bag.to_str().expect("a path in Unicode");
@@ -248,10 +251,10 @@ fn a_training_is_recorded_and_played_again() {
         .stderr(Stdio::null())
         .spawn()
         .expect("ros2 starts");
-    // What it has heard is known from its end only.
+    // The recorder does not report its progress.
     std::thread::sleep(Duration::from_secs(5));
     interrupt(&recorder);
-    assert!(recorder.wait().expect("it is our child").success());
+    assert!(recorder.wait().expect("a child process").success());
     nodes.kill("agent_node");
     nodes.kill("sim_node");
     let info = output(&nodes, ros2(&nodes, "bag info").arg(bag));
@@ -269,12 +272,12 @@ fn a_training_is_recorded_and_played_again() {
         &["encoding: rgb8", "width: 20"],
     );
     interrupt(&player);
-    player.wait().expect("it is our child");
+    player.wait().expect("a child process");
 }
 
 #[test]
 #[ignore = "needs ROS 2: EVAC_ROS2=required launch_scripts/test.sh --all"]
-fn the_pair_is_launched() {
+fn launch_files_train_a_model() {
     let nodes = Nodes::new();
     for file in ["train.launch.py", "train.launch.xml"] {
         let out = nodes.path(file);
@@ -288,25 +291,26 @@ fn the_pair_is_launched() {
     }
 }
 
-/// The agent that the `evac` of a launch has started, once there is one that is none of `others`.
-fn launched_agent(launch: &Child, others: &[String]) -> String {
-    let end = Instant::now() + PATIENCE;
+/// Waits until `evac`, run by `ros2 launch`, has started an agent that is not among `previous`, and
+/// returns its process ID.
+fn wait_for_agent(launch: &Child, previous: &[String]) -> String {
+    let end = Instant::now() + TIMEOUT;
     loop {
         for evac in children("evac", &launch.id().to_string()) {
             let mut agents = children("agent_node", &evac).into_iter();
-            if let Some(agent) = agents.find(|agent| !others.contains(agent)) {
+            if let Some(agent) = agents.find(|agent| !previous.contains(agent)) {
                 return agent;
             }
         }
-        assert!(Instant::now() < end, "no agent is launched");
+        assert!(Instant::now() < end, "no new agent within {TIMEOUT:?}");
         std::thread::sleep(Duration::from_millis(50));
     }
 }
 
-/// The processes with this name that another one has started.
+/// Returns the IDs of the child processes of `parent` with this name.
 fn children(name: &str, parent: &str) -> Vec<String> {
-    let processes = fs::read_dir("/proc").expect("there are processes");
-    // Its number, its name in brackets, its state, and whose child it is.
+    let processes = fs::read_dir("/proc").expect("/proc is mounted");
+    // proc_pid_stat(5): pid (comm) state ppid ...
     let found = processes.flatten().filter_map(|process| {
         let text = fs::read_to_string(process.path().join("stat")).ok()?;
         let (id, rest) = text.split_once(&format!(" ({name}) "))?;
@@ -317,7 +321,7 @@ fn children(name: &str, parent: &str) -> Vec<String> {
 
 #[test]
 #[ignore = "needs ROS 2: EVAC_ROS2=required launch_scripts/test.sh --all"]
-fn a_launched_agent_that_fails_goes_on_with_its_training() {
+fn a_launched_agent_that_fails_resumes_its_training() {
     let nodes = Nodes::new();
     let out = nodes.path("run");
     let file = repository().join("launch_scripts/launch/train.launch.xml");
@@ -331,32 +335,32 @@ fn a_launched_agent_that_fails_goes_on_with_its_training() {
         .expect("ros2 starts");
     let mut agents = Vec::new();
     for _ in 0..2 {
-        agents.push(launched_agent(&launch, &agents));
+        agents.push(wait_for_agent(&launch, &agents));
         let checkpoint = out.join("checkpoint.safetensors");
         let before = fs::metadata(&checkpoint).and_then(|file| file.modified()).ok();
-        let end = Instant::now() + PATIENCE;
+        let end = Instant::now() + TIMEOUT;
         while fs::metadata(&checkpoint).and_then(|file| file.modified()).ok() == before {
-            assert!(Instant::now() < end, "there is no other checkpoint");
+            assert!(Instant::now() < end, "no new checkpoint within {TIMEOUT:?}");
             std::thread::sleep(Duration::from_millis(20));
         }
-        let agent = agents.last().expect("there is one");
+        let agent = agents.last().expect("an agent");
         let status = Command::new("kill").args(["-ABRT", agent]).status();
-        assert!(status.expect("a signal").success());
+        assert!(status.expect("kill runs").success());
     }
-    assert!(launch.wait().expect("it is our child").success());
+    assert!(launch.wait().expect("a child process").success());
     let episodes = fs::read_to_string(out.join("episodes.csv")).expect("episodes");
     assert_eq!(episodes.lines().count(), 1001);
 }
 
 #[test]
 #[ignore = "needs ROS 2: EVAC_ROS2=required launch_scripts/test.sh --all"]
-fn a_trained_model_is_launched_to_drive() {
+fn a_launch_file_drives_with_a_trained_model() {
     let mut nodes = Nodes::new();
     let model = nodes.path("run");
     let out = format!("out:='{}'", model.display());
     nodes.start_simulator(&[]);
     nodes.start_agent("train", &["episodes:=5", "evaluation_episodes:=0", &out]);
-    nodes.succeed("agent_node", PATIENCE);
+    nodes.succeed("agent_node", TIMEOUT);
     nodes.kill("sim_node");
     let watcher = nodes.client();
     let statuses = watcher.create_subscription("episode", reliable(100)).expect("a subscription");
@@ -368,10 +372,10 @@ fn a_trained_model_is_launched_to_drive() {
         .expect("ros2 starts");
     wait_for(&watcher, &statuses, |status: &EpisodeStatus| status.step >= 3);
     interrupt(&launch);
-    launch.wait().expect("it is our child");
+    launch.wait().expect("a child process");
 }
 
-/// One of the examples in rclpy, as a program.
+/// Returns a command that runs one of the rclpy examples.
 fn example(nodes: &Nodes, name: &str) -> Command {
     let mut command = nodes.command("python3");
     command.arg(repository().join("launch_scripts/examples").join(name));
@@ -380,7 +384,7 @@ fn example(nodes: &Nodes, name: &str) -> Command {
 
 #[test]
 #[ignore = "needs ROS 2: EVAC_ROS2=required launch_scripts/test.sh --all"]
-fn the_room_is_stepped_by_hand() {
+fn the_room_example_steps_the_simulator() {
     let nodes = simulator();
     let text = output(&nodes, &mut example(&nodes, "room.py"));
     assert!(text.contains("step 1: action "), "{text}");
@@ -388,12 +392,12 @@ fn the_room_is_stepped_by_hand() {
 
 #[test]
 #[ignore = "needs ROS 2: EVAC_ROS2=required launch_scripts/test.sh --all"]
-fn the_keys_drive_the_robot() {
+fn the_teleoperation_example_drives_the_robot() {
     let nodes = simulator();
     let watcher = nodes.client();
     let statuses = watcher.create_subscription("episode", reliable(100)).expect("a subscription");
-    // It wants a terminal, which `script` is to it; that takes a line for a shell, as which a command
-    // is shown.
+    // The example needs a terminal, which `script` provides. `script` takes a shell command line,
+    // and the debug format of `Command` is a valid one.
     let program = format!("{:?}", example(&nodes, "teleoperation.py"));
     let mut teleoperation = nodes
         .command("script")
@@ -402,32 +406,33 @@ fn the_keys_drive_the_robot() {
         .stdout(Stdio::null())
         .spawn()
         .expect("script starts");
-    let mut keys = teleoperation.stdin.take().expect("it is piped");
+    let mut keys = teleoperation.stdin.take().expect("piped input");
     let mut press = |key: &str| {
-        keys.write_all(key.as_bytes()).and_then(|()| keys.flush()).expect("somebody reads");
+        keys.write_all(key.as_bytes()).and_then(|()| keys.flush()).expect("an open pipe");
     };
-    // Who drives is not there at once, and a key is not pressed twice by itself.
-    let end = Instant::now() + PATIENCE;
+    // Each key is pressed repeatedly until it takes effect, because discovery takes time.
+    let end = Instant::now() + TIMEOUT;
     for (key, action) in [("\x1b[A", 3), ("\x1b[D", 4), ("d", 1)] {
         loop {
             press(key);
             let next = async { timeout(Duration::from_secs(1), statuses.async_take()).await };
-            let status = watcher.block_on(next).map(|status| status.expect("a readable one").0);
+            let status = watcher.block_on(next).map(|status| status.expect("a valid status").0);
             if status.is_ok_and(|status: EpisodeStatus| status.action == action) {
                 break;
             }
-            assert!(Instant::now() < end, "the key for action {action} does nothing");
+            assert!(Instant::now() < end, "the key for action {action} has no effect");
         }
     }
     press("q");
-    assert!(teleoperation.wait().expect("it is our child").success());
+    assert!(teleoperation.wait().expect("a child process").success());
 }
 
 #[test]
 #[ignore = "needs ROS 2: EVAC_ROS2=required launch_scripts/test.sh --all"]
-fn the_bridge_shrinks_images_and_moves_the_robot() {
+fn the_bridge_example_resizes_images_and_moves_the_robot() {
     let nodes = simulator();
-    // The simulator's camera is the robot's: its small images are those that the bridge makes of them.
+    // The simulator's camera acts as the robot's. Its images already have the agent's size, so the
+    // bridge must not change them.
     let mut bridge = example(&nodes, "robot_bridge.py")
         .args(["--ros-args", "-p", "use_sim_time:=true"])
         .args(["-r", "image:=/camera/image", "-r", "camera_info:=/camera/camera_info"])
@@ -439,43 +444,43 @@ fn the_bridge_shrinks_images_and_moves_the_robot() {
     let large = watcher.create_subscription("camera/image", reliable(100)).expect("a subscription");
     let small = watcher.create_subscription("small/image", reliable(100)).expect("a subscription");
     let actions = watcher.create_publisher("small/action", reliable(1)).expect("a publisher");
-    let shrunk: Image = wait_for(&watcher, &small, |_| true);
+    let resized: Image = wait_for(&watcher, &small, |_| true);
     let original: Image =
-        wait_for(&watcher, &large, |image: &Image| image.header.stamp >= shrunk.header.stamp);
-    assert_eq!(shrunk.data, original.data, "the room stands still");
+        wait_for(&watcher, &large, |image: &Image| image.header.stamp >= resized.header.stamp);
+    assert_eq!(resized.data, original.data, "the bridge changed an image");
     let velocities = watcher.create_subscription::<Twist>("cmd_vel", reliable(100));
     let velocities = velocities.expect("a subscription");
-    let end = Instant::now() + PATIENCE;
-    // It says nothing to a robot that is to stand still.
-    while velocities.take().expect("a readable message").is_none() {
-        assert!(Instant::now() < end, "the bridge never moves the robot");
+    let end = Instant::now() + TIMEOUT;
+    // The bridge publishes no velocity while no move is in progress.
+    while velocities.take().expect("a valid message").is_none() {
+        assert!(Instant::now() < end, "the bridge does not move the robot");
         let image: Image = wait_for(&watcher, &small, |_| true);
         let header = Header { stamp: image.header.stamp, ..Header::default() };
         actions.publish_with(|| ActionCommand { header, action: 5, sent_by_service: false });
     }
     interrupt(&bridge);
-    bridge.wait().expect("it is our child");
+    bridge.wait().expect("a child process");
 }
 
-/// The next message that is as it should be.
+/// Returns the next message that satisfies a condition.
 fn wait_for<M: RosMessage>(
     node: &Node,
     subscription: &Subscription<M>,
-    is_wanted: impl Fn(&M) -> bool,
+    condition: impl Fn(&M) -> bool,
 ) -> M {
-    let found = async {
+    let message = async {
         loop {
-            let (message, _) = subscription.async_take().await.expect("a readable message");
-            if is_wanted(&message) {
+            let (message, _) = subscription.async_take().await.expect("a valid message");
+            if condition(&message) {
                 return message;
             }
         }
     };
-    node.block_on(async { timeout(PATIENCE, found).await }).expect("a message in time")
+    node.block_on(async { timeout(TIMEOUT, message).await }).expect("a message before the timeout")
 }
 
-/// Ctrl-C, for what ends by it.
+/// Sends SIGINT, as Ctrl-C does.
 fn interrupt(child: &std::process::Child) {
     let status = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
-    assert!(status.expect("kill can be called").success());
+    assert!(status.expect("kill runs").success());
 }

@@ -1,5 +1,5 @@
-//! SROS2 with `Enforce`: who may do what, each by a participant that tries. The keys are those of
-//! `launch_scripts/security/evac.policy.xml`.
+//! SROS2 with `Enforce`: checks that participants can do what their permissions allow and nothing
+//! else. The permissions are those of `launch_scripts/security/evac.policy.xml`.
 
 use std::{
     fs,
@@ -9,13 +9,13 @@ use std::{
 
 use evac_msgs::{ActionCommand, Reset, Step, reset, step};
 use evac_tests::{
-    Nodes, Outcome, PATIENCE, assert_calls_the_services, binary, fast_dds_peer, repository,
+    Nodes, Outcome, TIMEOUT, assert_calls_the_services, binary, fast_dds_peer, repository,
 };
 use learning::{settings::Preset, training::Plan};
 use ros_interfaces::sensor_msgs::Image;
 use ros_runtime::{Node, node::reliable, security::Security};
 
-/// A domain in which everybody should have keys.
+/// A secured domain with a keystore.
 struct Secured {
     nodes: Nodes,
     keystore: PathBuf,
@@ -35,26 +35,26 @@ impl Secured {
         Secured { nodes, keystore }
     }
 
-    /// Starts the room with parameters.
+    /// Starts `sim_node` in its enclave with the given parameters.
     fn start_simulator(&mut self, parameters: &[&str]) {
-        let own = ["--ros-args", "--enclave", "/evac/sim_node"];
+        let enclave = ["--ros-args", "--enclave", "/evac/sim_node"];
         let parameters = parameters.iter().flat_map(|parameter| ["-p", *parameter]);
-        let arguments: Vec<&str> = own.into_iter().chain(parameters).collect();
+        let arguments: Vec<&str> = enclave.into_iter().chain(parameters).collect();
         self.nodes.start_beside("sim_node", "sim_node", &arguments);
     }
 
-    /// A node of this process with the keys of an enclave.
+    /// Creates a node in this process with the keys of an enclave.
     fn client(&self, enclave: &str) -> Node {
         self.client_of(&self.keystore, enclave)
     }
 
-    /// As [`Secured::client`], with the keys of another keystore.
+    /// Creates a node like [`Secured::client`], with the keys of another keystore.
     fn client_of(&self, keystore: &Path, enclave: &str) -> Node {
         self.nodes.client_with(Security::Enclave(keystore.join("enclaves/evac").join(enclave)))
     }
 
-    /// As [`Secured::client`], but the node does not ask itself whether it may do something: it is
-    /// for the others to refuse it.
+    /// Creates a node like [`Secured::client`] that does not check its own permissions, so that
+    /// only the other participants can refuse it.
     fn unguarded_client(&self, enclave: &str) -> Node {
         let enclaves = self.keystore.join("enclaves");
         let directory = enclaves.join("unguarded").join(enclave);
@@ -68,7 +68,7 @@ impl Secured {
     }
 }
 
-/// A keystore with an authority of its own.
+/// Creates a keystore with its own certificate authority.
 fn make_keystore(nodes: &Nodes, name: &str) -> PathBuf {
     let keystore = nodes.path(name);
     let policy = repository().join("launch_scripts/security/evac.policy.xml");
@@ -79,34 +79,33 @@ fn make_keystore(nodes: &Nodes, name: &str) -> PathBuf {
     keystore
 }
 
-/// Whether a camera image comes to a node within a time.
-fn sees_a_frame(node: &Node, patience: Duration) -> bool {
-    // Its own side may refuse it, too.
+/// Returns whether a node receives a camera image before the timeout.
+fn receives_an_image(node: &Node, timeout: Duration) -> bool {
+    // The node's own permissions may forbid the subscription.
     let Ok(images) = node.create_subscription::<Image>("camera/image", reliable(5)) else {
         return false;
     };
-    let first = node.block_on(async { tokio::time::timeout(patience, images.async_take()).await });
-    first.is_ok_and(|image| image.expect("a readable image").0.data.len() == 420)
+    let first = node.block_on(async { tokio::time::timeout(timeout, images.async_take()).await });
+    first.is_ok_and(|image| image.expect("a valid image").0.data.len() == 420)
 }
 
-/// Asks for a step: the answer, if there is one.
-fn ask(node: &mut Node, request: step::Request, patience: Duration) -> Option<step::Response> {
+/// Calls `/step`; returns `None` if there is no response before the timeout.
+fn call_step(node: &mut Node, request: step::Request, timeout: Duration) -> Option<step::Response> {
     let steps = node.create_client::<Step>("step").ok()?;
-    node.block_on(steps.call(request, Some(patience))).ok()
+    node.block_on(steps.call(request, Some(timeout))).ok()
 }
 
-/// Tries to step the room, whatever its state, by a command and by the service: whether the service
-/// answers.
-fn steps(node: &mut Node, patience: Duration) -> bool {
+/// Tries to step the simulator through `/action` and `/step`. Returns whether the service responds.
+fn can_step(node: &mut Node, timeout: Duration) -> bool {
     let commands = node.create_publisher::<ActionCommand>("action", reliable(1));
     if let Ok(commands) = &commands {
         commands.publish(ActionCommand::default());
     }
-    ask(node, step::Request { episode: 0, step: 0, action: 0 }, patience).is_some()
+    call_step(node, step::Request { episode: 0, step: 0, action: 0 }, timeout).is_some()
 }
 
 #[test]
-fn a_secured_pair_trains_to_the_same_result_as_an_insecure_one() {
+fn secured_training_has_the_same_result_as_unsecured_training() {
     let mut secured = Secured::new();
     let out = secured.nodes.path("run");
     secured.start_simulator(&["max_steps:=60"]);
@@ -116,80 +115,82 @@ fn a_secured_pair_trains_to_the_same_result_as_an_insecure_one() {
         arguments.extend(["-p", parameter]);
     }
     secured.nodes.start_beside("agent_node", "agent_node", &arguments);
-    secured.nodes.succeed("agent_node", 5 * PATIENCE);
+    secured.nodes.succeed("agent_node", 5 * TIMEOUT);
     let plan = Plan { scenario: "empty".to_owned(), episodes: 12, seed: 5, rooms: 1 };
     let here = secured.nodes.path("here");
     let expected = Outcome::in_process(plan, Preset::default(), 60, &here);
-    Outcome::left_in(&out).assert_is(&expected);
-    // It could hold the room fixed and see where the robot was, which takes permissions of its own.
+    Outcome::read_from(&out).assert_identical(&expected);
+    // The figures need further permissions: parameters of sim_node, topics /odom and /scene.
     assert!(out.join("figures/paths.svg").exists());
 }
 
 #[test]
-fn only_who_has_permission_sees_a_frame_or_makes_a_step() {
+fn only_permitted_participants_receive_images_or_step() {
     let mut secured = Secured::new();
     secured.start_simulator(&["frame_rate:=20.0"]);
 
-    // Who may: the measure of how long those may try who may not.
+    // Permitted participants come first: the time they take determines the timeout for the others.
     let begin = Instant::now();
     let mut operator = secured.client("operator");
-    let resets = operator.create_client::<Reset>("reset").expect("it may reset");
+    let resets = operator.create_client::<Reset>("reset").expect("permission to reset");
     let request = reset::Request { request: 1, seed: 7, scenario: String::new() };
-    let begun = operator.block_on(resets.call(request, Some(PATIENCE))).expect("an answer");
-    assert!(begun.success, "{}", begun.message);
+    let reset = operator.block_on(resets.call(request, Some(TIMEOUT))).expect("a response");
+    assert!(reset.success, "{}", reset.message);
     let mut number = 0;
     let mut assert_operator_steps = || {
         number += 1;
-        // Not the action of the others: had one of them made this step, it would be refused.
-        let request = step::Request { episode: begun.episode, step: number, action: 1 };
-        let answer = ask(&mut operator, request, PATIENCE).expect("the operator may step");
-        assert!(answer.success, "step {number}: {}", answer.message);
+        // The action differs from that of the other participants: if one of them had executed this
+        // step, the request would be refused.
+        let request = step::Request { episode: reset.episode, step: number, action: 1 };
+        let response = call_step(&mut operator, request, TIMEOUT).expect("permission to step");
+        assert!(response.success, "step {number}: {}", response.message);
     };
     assert_operator_steps();
-    assert!(sees_a_frame(&secured.client("spectator"), PATIENCE));
-    let patience = 2 * begin.elapsed();
+    assert!(receives_an_image(&secured.client("spectator"), TIMEOUT));
+    let timeout = 2 * begin.elapsed();
 
     let foreign = make_keystore(&secured.nodes, "foreign");
-    for (who, mut node, may_see) in [
+    for (description, mut node, may_receive_images) in [
         ("without keys", secured.nodes.client(), false),
-        ("of another authority", secured.client_of(&foreign, "sim_node"), false),
+        ("with keys of another authority", secured.client_of(&foreign, "sim_node"), false),
         ("without permission to step", secured.client("spectator"), true),
-        // The others refuse whoever has another governance, in whatever it does.
-        ("who tries to step all the same", secured.unguarded_client("spectator"), false),
+        // Participants with a different governance document are refused entirely.
+        ("that does not check its permissions", secured.unguarded_client("spectator"), false),
     ] {
-        assert_eq!(sees_a_frame(&node, patience), may_see, "one {who}");
-        assert!(!steps(&mut node, patience), "one {who}");
+        let receives_images = receives_an_image(&node, timeout);
+        assert_eq!(receives_images, may_receive_images, "participant {description}");
+        assert!(!can_step(&mut node, timeout), "participant {description}");
         assert_operator_steps();
     }
-    for (who, node) in [
-        ("without permission to see", secured.client("operator")),
-        ("who tries to see all the same", secured.unguarded_client("operator")),
+    for (description, node) in [
+        ("without permission to receive images", secured.client("operator")),
+        ("that does not check its permissions", secured.unguarded_client("operator")),
     ] {
-        assert!(!sees_a_frame(&node, patience), "one {who}");
+        assert!(!receives_an_image(&node, timeout), "participant {description}");
     }
 }
 
 #[test]
-fn cyclone_dds_without_keys_sees_nothing_and_reaches_nobody() {
+fn cyclone_dds_without_keys_receives_nothing_and_finds_no_service() {
     let mut secured = Secured::new();
     secured.nodes.set_variable("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp");
     secured.start_simulator(&["frame_rate:=20.0"]);
     let begin = Instant::now();
-    assert!(sees_a_frame(&secured.client("spectator"), PATIENCE));
+    assert!(receives_an_image(&secured.client("spectator"), TIMEOUT));
     let timeout = (2 * begin.elapsed()).as_secs_f64().to_string();
-    for (name, options, complaint) in [
-        ("image_reader.py", ["--frames", "1"], "0 of 1 frames came on /camera/image"),
-        ("service_caller.py", ["--steps", "1"], "nobody serves /reset"),
+    for (name, options, expected) in [
+        ("image_reader.py", ["--frames", "1"], "received 0 of 1 images on /camera/image"),
+        ("service_caller.py", ["--steps", "1"], "no server for /reset"),
     ] {
         let mut peer = secured.nodes.peer(name);
         let (status, _, error) =
             secured.nodes.run(peer.args(options).args(["--timeout", &timeout]));
-        assert!(!status.success() && error.contains(complaint), "{name}: {error}");
+        assert!(!status.success() && error.contains(expected), "{name}: {error}");
     }
 }
 
 #[test]
-fn fast_dds_steps_with_permission_and_not_without() {
+fn fast_dds_steps_only_with_permission() {
     let peer = fast_dds_peer();
     let mut secured = Secured::new();
     secured.nodes.set_variable("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp");
@@ -208,34 +209,34 @@ fn fast_dds_steps_with_permission_and_not_without() {
     foreigner.env("ROS_SECURITY_KEYSTORE", foreign);
     let mut insecure = caller("/evac/operator");
     insecure.env("ROS_SECURITY_ENABLE", "false");
-    for (mut caller, complaint) in [
-        (caller("/evac/spectator"), "there can be no client of /reset"),
-        (foreigner, "nobody serves /reset"),
-        (insecure, "nobody serves /reset"),
+    for (mut caller, expected) in [
+        (caller("/evac/spectator"), "cannot create a client of /reset"),
+        (foreigner, "no server for /reset"),
+        (insecure, "no server for /reset"),
     ] {
         let (status, _, error) =
             secured.nodes.run(caller.args(["--steps", "1", "--timeout", &timeout]));
-        assert!(!status.success() && error.contains(complaint), "{error}");
+        assert!(!status.success() && error.contains(expected), "{error}");
     }
 }
 
 #[test]
-fn a_node_whose_keys_are_not_whole_does_not_start() {
+fn a_node_with_missing_or_invalid_keys_does_not_start() {
     let secured = Secured::new();
     let enclave = secured.keystore.join("enclaves/evac/sim_node");
-    let complaint = |name: &str| {
+    let startup_error = |name: &str| {
         let mut node = secured.nodes.command(binary("sim_node"));
         let (status, _, text) = secured.nodes.run(node.args(["--ros-args", "--enclave", name]));
         assert_eq!(status.code(), Some(1), "{text}");
         text
     };
-    let text = complaint("/nowhere");
+    let text = startup_error("/nowhere");
     assert!(text.contains("ROS_SECURITY_STRATEGY=Enforce, but there is no enclave"), "{text}");
-    fs::remove_file(enclave.join("permissions.p7s")).expect("it was there");
-    let text = complaint("/evac/sim_node");
-    assert!(text.contains("is not whole: there is no permissions.p7s"), "{text}");
-    // Signed by nobody.
+    fs::remove_file(enclave.join("permissions.p7s")).expect("the file exists");
+    let text = startup_error("/evac/sim_node");
+    assert!(text.contains("is incomplete: permissions.p7s is missing"), "{text}");
+    // The file is not signed.
     fs::write(enclave.join("permissions.p7s"), "anything").expect("a file");
-    let text = complaint("/evac/sim_node");
+    let text = startup_error("/evac/sim_node");
     assert!(text.contains("could not join DDS domain"), "{text}");
 }

@@ -1,4 +1,5 @@
-//! Trainings by the real nodes: the same to the byte however they are run, stopped or disturbed.
+//! Training runs with the real nodes. The result is bit-identical however the training is run,
+//! interrupted or disturbed.
 
 use std::{
     fs,
@@ -7,7 +8,7 @@ use std::{
 };
 
 use evac_msgs::{ActionCommand, EpisodeStatus, QValues, TrainingStatus};
-use evac_tests::{Nodes, Outcome, PATIENCE};
+use evac_tests::{Nodes, Outcome, TIMEOUT};
 use learning::{settings::Preset, training::Plan};
 use ros_interfaces::builtin_interfaces::Time;
 use ros_runtime::{
@@ -15,19 +16,19 @@ use ros_runtime::{
     parameters::{ParameterClient, ParameterValue},
 };
 
-/// Long enough for some hundred steps on any machine.
+/// Timeout of a training run; ample for its few hundred steps.
 const TRAINING: Duration = Duration::from_secs(300);
-/// Rooms where nobody searches for ever, so that a test need not.
+/// Keeps the episodes of an untrained agent short.
 const MAX_STEPS: u32 = 60;
 const EPISODES: u32 = 12;
 const SEED: u64 = 5;
 
-/// The same training in this process.
+/// Performs the same training run in this process.
 fn in_process(scenario: &str, rooms: usize, directory: &Path) -> Outcome {
-    in_process_by(Preset::default(), scenario, rooms, directory)
+    in_process_with(Preset::default(), scenario, rooms, directory)
 }
 
-fn in_process_by(preset: Preset, scenario: &str, rooms: usize, directory: &Path) -> Outcome {
+fn in_process_with(preset: Preset, scenario: &str, rooms: usize, directory: &Path) -> Outcome {
     Outcome::in_process(plan(scenario, rooms), preset, MAX_STEPS, directory)
 }
 
@@ -47,7 +48,7 @@ fn start_simulator(nodes: &mut Nodes) {
 }
 
 #[test]
-fn over_dds_and_in_one_process_are_the_same_to_the_byte() {
+fn training_over_dds_equals_training_in_process() {
     for (preset, scenario) in [
         (Preset::Paper, "empty"),
         (Preset::Paper, "three_moving"),
@@ -59,13 +60,13 @@ fn over_dds_and_in_one_process_are_the_same_to_the_byte() {
         start_simulator(&mut nodes);
         start_agent(&mut nodes, &out, scenario, &[&format!("preset:={preset}")]);
         nodes.succeed("agent_node", TRAINING);
-        let here = in_process_by(preset, scenario, 1, &nodes.path("here"));
-        Outcome::left_in(&out).assert_is(&here);
+        let here = in_process_with(preset, scenario, 1, &nodes.path("here"));
+        Outcome::read_from(&out).assert_identical(&here);
     }
 }
 
 #[test]
-fn several_simulators_at_once_give_one_result_too() {
+fn training_with_several_simulators_equals_training_in_process() {
     const SIMULATORS: usize = 3;
     let mut nodes = Nodes::new();
     let out = nodes.path("run");
@@ -79,12 +80,12 @@ fn several_simulators_at_once_give_one_result_too() {
     start_agent(&mut nodes, &out, "three_moving", &[&simulators]);
     nodes.succeed("agent_node", TRAINING);
     let here = in_process("three_moving", SIMULATORS, &nodes.path("here"));
-    Outcome::left_in(&out).assert_is(&here);
+    Outcome::read_from(&out).assert_identical(&here);
 }
 
-/// The simulator has them already, and is sent none; whoever else listens gets them all.
+/// The simulator receives the actions through the service and does not execute published actions.
 #[test]
-fn actions_are_published_for_whoever_watches() {
+fn training_publishes_actions_and_q_values() {
     let mut nodes = Nodes::new();
     let out = nodes.path("run");
     start_simulator(&mut nodes);
@@ -93,44 +94,44 @@ fn actions_are_published_for_whoever_watches() {
     let actions = actions.expect("a subscription");
     let statuses = watcher.create_subscription::<EpisodeStatus>("episode", reliable(1000));
     let statuses = statuses.expect("a subscription");
-    let thoughts = watcher.create_subscription::<QValues>("q_values", reliable(1000));
-    let thoughts = thoughts.expect("a subscription");
-    // The other preset leaves out what has been tried from the same image.
+    let q_values = watcher.create_subscription::<QValues>("q_values", reliable(1000));
+    let q_values = q_values.expect("a subscription");
+    // The preset `robust` would mask actions already tried from the same image.
     start_agent(&mut nodes, &out, "empty", &["preset:=paper"]);
     watcher.block_on(async {
-        let patience = Duration::from_secs(60);
-        // From some moment on the watcher is known; then every step has its command, in order.
+        // Once the watcher has been discovered, it receives a command for every step, in order.
         for _ in 0..50 {
-            let next = tokio::time::timeout(patience, actions.async_take()).await;
-            let (command, _) = next.expect("a command").expect("a readable one");
+            let next = tokio::time::timeout(TIMEOUT, actions.async_take()).await;
+            let (command, _) = next.expect("a command").expect("a valid command");
             assert!(command.sent_by_service);
             loop {
-                let next = tokio::time::timeout(patience, statuses.async_take()).await;
-                let (status, _) = next.expect("a status").expect("a readable one");
-                // The command answers the image before.
+                let next = tokio::time::timeout(TIMEOUT, statuses.async_take()).await;
+                let (status, _) = next.expect("a status").expect("a valid status");
+                // A command carries the stamp of the image that it is based on. The first status
+                // with a later stamp reports its step.
                 if status.step > 0 && status.header.stamp > command.header.stamp {
                     assert_eq!(status.action, command.action);
                     break;
                 }
             }
         }
-        // Why it does what it does: the best action, unless it explores.
+        // The action has the largest Q-value, unless it is exploratory.
         for _ in 0..50 {
-            let next = tokio::time::timeout(patience, thoughts.async_take()).await;
-            let (thought, _) = next.expect("values").expect("readable ones");
-            let best = thought.values.iter().copied().fold(f32::MIN, f32::max);
-            let chosen = thought.values[usize::from(thought.action)];
-            assert!(thought.explored || chosen == best, "{thought:?}");
+            let next = tokio::time::timeout(TIMEOUT, q_values.async_take()).await;
+            let (message, _) = next.expect("Q-values").expect("valid Q-values");
+            let largest = message.values.iter().copied().fold(f32::MIN, f32::max);
+            let chosen = message.values[usize::from(message.action)];
+            assert!(message.explored || chosen == largest, "{message:?}");
         }
     });
     nodes.succeed("agent_node", TRAINING);
 }
 
-/// `use_sim_time`, and what becomes of it while the node runs.
+/// Sets the parameter at the start and while the node is running.
 #[test]
-fn the_agent_goes_by_the_clock_that_it_is_told_to() {
-    // Of the simulator's clock, which begins at 0, no test sees so much; the wall's was there long ago.
-    const LONG_AGO_S: i32 = 1_000_000_000;
+fn use_sim_time_selects_the_clock_of_the_agent() {
+    // In seconds: wall time is later; the simulation time of a test, which starts at 0, is earlier.
+    const THRESHOLD_S: i32 = 1_000_000_000;
     let mut nodes = Nodes::new();
     let out = format!("out:='{}'", nodes.path("run").display());
     start_simulator(&mut nodes);
@@ -141,38 +142,38 @@ fn the_agent_goes_by_the_clock_that_it_is_told_to() {
     let parameters = ParameterClient::new(&mut watcher, "agent_node").expect("a client");
     watcher.block_on(async {
         let next_stamp = async || {
-            let next = tokio::time::timeout(PATIENCE, statuses.async_take()).await;
-            next.expect("a status").expect("a readable one").0.header.stamp
+            let next = tokio::time::timeout(TIMEOUT, statuses.async_take()).await;
+            next.expect("a status").expect("a valid status").0.header.stamp
         };
         let mut latest = next_stamp().await;
         for _ in 0..20 {
             let stamp = next_stamp().await;
-            assert!(stamp.sec < LONG_AGO_S && stamp >= latest, "{stamp:?} after {latest:?}");
+            assert!(stamp.sec < THRESHOLD_S && stamp >= latest, "{stamp:?} after {latest:?}");
             latest = stamp;
         }
         assert!(latest > Time::default());
-        for (use_sim_time, expected) in [(false, "the wall's"), (true, "the simulator's")] {
+        for (use_sim_time, clock) in [(false, "wall time"), (true, "simulation time")] {
             let value = ParameterValue::Bool(use_sim_time);
-            let set = parameters.set("use_sim_time", value, PATIENCE).await;
+            let set = parameters.set("use_sim_time", value, TIMEOUT).await;
             assert_eq!(set, Ok(Ok(())));
-            let end = Instant::now() + PATIENCE;
-            while (next_stamp().await.sec < LONG_AGO_S) != use_sim_time {
-                assert!(Instant::now() < end, "the time is never {expected}");
+            let end = Instant::now() + TIMEOUT;
+            while (next_stamp().await.sec < THRESHOLD_S) != use_sim_time {
+                assert!(Instant::now() < end, "stamps do not switch to {clock}");
             }
         }
     });
 }
 
 #[test]
-fn a_run_leaves_its_files_and_its_config_repeats_it() {
+fn a_run_writes_its_files_and_can_be_repeated_from_its_config() {
     let mut nodes = Nodes::new();
     let out = nodes.path("run");
-    // The agent first: it waits.
+    // The agent starts first and waits for the simulator.
     start_agent(&mut nodes, &out, "one_cylinder", &["epsilon_min:=0.2"]);
     nodes.wait_for_log("agent_node", "waiting for the service /reset");
     start_simulator(&mut nodes);
     nodes.succeed("agent_node", TRAINING);
-    let first = Outcome::left_in(&out);
+    let first = Outcome::read_from(&out);
 
     let json = |name: &str| -> serde_json::Value {
         let text = fs::read_to_string(out.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
@@ -194,23 +195,23 @@ fn a_run_leaves_its_files_and_its_config_repeats_it() {
     assert!(out.join("checkpoint.safetensors").exists());
     assert!(out.join("figures/paths.svg").exists());
 
-    // config.yaml holds what both nodes were run with: it is enough to run them again, in the same
-    // simulator, which nothing holds fixed any more.
+    // config.yaml holds the parameters of both nodes and reproduces the run with the same
+    // simulator, whose layout is no longer fixed for the figures.
     let config = fs::read_to_string(out.join("config.yaml")).expect("config.yaml");
     for line in ["/**/agent_node:", "/**/sim_node:", "epsilon_min: 0.2", "heading_deviation:"] {
-        assert!(config.contains(line), "{line} is missing in\n{config}");
+        assert!(config.contains(line), "{line} is missing from\n{config}");
     }
     let kept = nodes.path("config.yaml");
     fs::write(&kept, &config).expect("a copy");
     nodes.start_agent_with_file("train", &kept);
     nodes.succeed("agent_node", TRAINING);
-    Outcome::left_in(&out).assert_is(&first);
+    Outcome::read_from(&out).assert_identical(&first);
     // The first run was not overwritten.
-    Outcome::left_in(&nodes.path("run.1")).assert_is(&first);
+    Outcome::read_from(&nodes.path("run.1")).assert_identical(&first);
 }
 
 #[test]
-fn a_simulator_that_is_killed_and_started_again_changes_nothing() {
+fn a_killed_and_restarted_simulator_does_not_change_the_result() {
     let mut nodes = Nodes::new();
     let out = nodes.path("run");
     start_simulator(&mut nodes);
@@ -222,12 +223,40 @@ fn a_simulator_that_is_killed_and_started_again_changes_nothing() {
     }
     nodes.succeed("agent_node", TRAINING);
     let log = nodes.log("agent_node");
-    assert!(log.contains("the simulator was restarted: repeating"), "{log}");
-    Outcome::left_in(&out).assert_is(&in_process("three_moving", 1, &nodes.path("here")));
+    assert!(log.contains("the simulator was restarted: replaying"), "{log}");
+    Outcome::read_from(&out).assert_identical(&in_process("three_moving", 1, &nodes.path("here")));
+}
+
+/// The background thread that writes a checkpoint and the final save write the same files.
+#[test]
+fn an_interruption_waits_for_the_checkpoint_that_is_being_written() {
+    let mut nodes = Nodes::new();
+    nodes.start_simulator(&["max_steps:=20"]);
+    let directory = nodes.path("run");
+    let out = format!("out:='{}'", directory.display());
+    for round in 0..12 {
+        let resume = format!("resume:={}", round > 0);
+        let parameters = ["preset:=paper", "episodes:=100000", "checkpoint_interval:=1"];
+        let parameters = [&parameters[..], &["evaluation_episodes:=0", &out, &resume]].concat();
+        nodes.start_agent("train", &parameters);
+        let checkpoint = directory.join("checkpoint.safetensors");
+        let written = || fs::metadata(&checkpoint).and_then(|file| file.modified()).ok();
+        let (before, end) = (written(), Instant::now() + TIMEOUT);
+        while written() == before {
+            assert!(Instant::now() < end, "{}", nodes.log("agent_node"));
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        // At a different moment of the next checkpoints in each round.
+        std::thread::sleep(Duration::from_micros(700 * round));
+        nodes.signal("agent_node", "INT");
+        nodes.succeed("agent_node", TIMEOUT);
+        let log = nodes.log("agent_node");
+        assert!(!log.contains("could not write"), "round {round}: {log}");
+    }
 }
 
 #[test]
-fn a_training_that_is_stopped_goes_on_as_if_it_had_not_been() {
+fn resumed_training_has_the_undisturbed_result() {
     let mut nodes = Nodes::new();
     let out = nodes.path("run");
     start_simulator(&mut nodes);
@@ -239,7 +268,7 @@ fn a_training_that_is_stopped_goes_on_as_if_it_had_not_been() {
         start_agent(&mut nodes, &out, "one_moving", &["resume:=true"]);
     }
     nodes.succeed("agent_node", TRAINING);
-    Outcome::left_in(&out).assert_is(&in_process("one_moving", 1, &nodes.path("here")));
+    Outcome::read_from(&out).assert_identical(&in_process("one_moving", 1, &nodes.path("here")));
 }
 
 #[test]
@@ -251,38 +280,38 @@ fn an_agent_whose_episode_is_replaced_stops_with_an_error() {
     nodes.wait_for_steps(20);
     let mut node = nodes.client();
     let reset = node.create_client::<evac_msgs::Reset>("reset").expect("a client");
-    // A reset between two episodes replaces none: so again, until one comes in the midst.
-    let end = Instant::now() + PATIENCE;
+    // A reset between two episodes replaces none, so it is repeated until it hits a running one.
+    let end = Instant::now() + TIMEOUT;
     for request in 1.. {
         let request = evac_msgs::reset::Request { request, seed: 1, scenario: String::new() };
-        node.block_on(reset.call(request, Some(PATIENCE))).expect("an answer");
+        node.block_on(reset.call(request, Some(TIMEOUT))).expect("a response");
         std::thread::sleep(Duration::from_millis(50));
         if nodes.ended("agent_node").is_some() {
             break;
         }
         assert!(Instant::now() < end, "{}", nodes.log("agent_node"));
     }
-    let status = nodes.wait("agent_node", PATIENCE);
+    let status = nodes.wait("agent_node", TIMEOUT);
     assert_eq!(status.code(), Some(1));
     let log = nodes.log("agent_node");
-    assert!(log.contains("another client has taken over the simulator"), "{log}");
-    assert!(out.join("checkpoint.safetensors").exists(), "what was learnt is saved");
+    assert!(log.contains("another client has taken over the environment"), "{log}");
+    assert!(out.join("checkpoint.safetensors").exists(), "no checkpoint was saved");
 }
 
 #[test]
-fn both_nodes_end_at_once_when_they_are_told_to() {
+fn both_nodes_exit_promptly_on_sigint_and_sigterm() {
     for signal in ["INT", "TERM"] {
         let mut nodes = Nodes::new();
         let out = nodes.path("run");
         start_simulator(&mut nodes);
         start_agent(&mut nodes, &out, "empty", &["episodes:=100000"]);
         nodes.wait_for_steps(20);
-        // Two seconds are promised; a loaded machine gets more before this test calls it hanging.
+        // The nodes need less than 2 s; the timeout allows for a loaded machine.
         for name in ["agent_node", "sim_node"] {
             nodes.signal(name, signal);
             nodes.succeed(name, Duration::from_secs(20));
         }
-        // The agent alone, waiting for a simulator that is not there.
+        // The same applies to an agent that is waiting for a simulator.
         let other = nodes.path("other");
         start_agent(&mut nodes, &other, "empty", &[]);
         nodes.wait_for_log("agent_node", "waiting for the service");
@@ -292,11 +321,11 @@ fn both_nodes_end_at_once_when_they_are_told_to() {
 }
 
 #[test]
-fn a_pair_in_a_namespace_meets_there_and_its_config_is_complete() {
+fn a_pair_in_a_namespace_trains_and_its_config_is_complete() {
     let mut nodes = Nodes::new();
     let out = nodes.path("run");
     let names = ["-r", "__ns:=/robot1"];
-    // Another room in the same domain, which must stay out of it.
+    // Another simulator in the same domain, which the agent must not use.
     nodes.start_simulator(&["max_steps:=3"]);
     nodes.start_beside(
         "sim_node",
@@ -317,9 +346,9 @@ fn a_pair_in_a_namespace_meets_there_and_its_config_is_complete() {
     }
     nodes.start_beside("agent_node", "agent_node", &arguments);
     nodes.succeed("agent_node", TRAINING);
-    assert!(nodes.log("room").contains("[robot1.room]: the room is open"));
+    assert!(nodes.log("room").contains("[robot1.room]: simulator ready"));
     let config = fs::read_to_string(out.join("config.yaml")).expect("config.yaml");
     for line in ["/**/agent_node:", "/**/sim_node:", "heading_deviation:", "max_steps: 10000"] {
-        assert!(config.contains(line), "{line} is missing in\n{config}");
+        assert!(config.contains(line), "{line} is missing from\n{config}");
     }
 }

@@ -1,4 +1,4 @@
-//! Publishes the decisions of an agent whose actions are executed by service.
+//! Publishes the decisions of an agent that acts through the `step` service.
 
 use std::sync::Arc;
 
@@ -14,15 +14,16 @@ use ros_runtime::{
 
 use super::name_in;
 
-/// The header of the image that was seen last in a room; none before the first.
+/// The header of the latest image from an environment; `None` before the first image.
 pub(super) type LatestHeader = Arc<Mutex<Option<Header>>>;
 
-/// Publishes the decisions in a room whose moves are made by service: on `action`, marked as already
-/// executed, and on `q_values`.
+/// Publishes each decision on `action` and its Q-values on `q_values`. The commands have
+/// `sent_by_service` set, because the `step` service executes the action.
 pub struct Announcer {
     actions: Publisher<ActionCommand>,
     q_values: Publisher<QValues>,
-    /// The simulator that serves it hears `action`, too, and would only throw away what it hears.
+    /// Identifies the simulator, which subscribes to `action` but discards commands with
+    /// `sent_by_service` set. Actions are not published if the simulator is the only subscriber.
     step: Arc<ServiceClient<Step>>,
     latest: LatestHeader,
 }
@@ -43,16 +44,16 @@ impl Announcer {
         })
     }
 
-    /// Publishes what the agent is about to do about the image that it has seen last.
+    /// Publishes the decision for the latest image on each topic that has subscribers.
     pub fn announce(&self, decision: &Decision) {
-        let acts = self.actions.has_readers_besides(&self.step);
-        if !acts && !self.q_values.has_readers() {
+        let publish_action = self.actions.has_subscribers_other_than(&self.step);
+        if !publish_action && !self.q_values.has_subscribers() {
             return;
         }
         let latest = self.latest.lock().clone();
         let Some(header) = latest else { return };
         let action = decision.action.index();
-        if acts {
+        if publish_action {
             let header = Header { stamp: header.stamp, ..Header::default() };
             self.actions.publish(ActionCommand { header, action, sent_by_service: true });
         }

@@ -1,8 +1,8 @@
-//! What `train` and `evaluate` have in common: parameters, and the way to a simulator.
+//! The parameters and the simulator access that `train` and `evaluate` share.
 
 use std::{collections::BTreeMap, time::Duration};
 
-use learning::evaluation::TestPlan;
+use learning::evaluation::EvaluationPlan;
 use log::warn;
 use ros_runtime::{
     Node,
@@ -16,28 +16,31 @@ use super::{
     simulator_error::SimulatorError,
 };
 
-/// The largest seed: parameters are signed in ROS.
+/// The largest seed. Parameter limits are `f64`, which represents integers exactly up to this
+/// value.
 pub(super) const LARGEST_SEED: u64 = (1 << 53) - 1;
-/// How long to wait for the simulator's parameters, which are only for the record.
-const PARAMETER_DEADLINE: Duration = Duration::from_secs(10);
+/// Timeout for reading the simulator's parameters, which are only recorded in config.yaml.
+const PARAMETER_TIMEOUT: Duration = Duration::from_secs(10);
 
-/// The parameters that `train` and `evaluate` have in common.
+/// The parameters that `train` and `evaluate` share.
 pub(super) struct CommonParameters {
+    /// The parameter `simulator_timeout`; `None` if it is 0.
     deadline: Option<Duration>,
     simulator: String,
     figures: bool,
 }
 
-/// What `train` and `evaluate` have in common.
+/// The access to the simulator that `train` and `evaluate` share.
 pub(super) struct Common {
-    pub(super) deadline: Option<Duration>,
+    deadline: Option<Duration>,
     pub(super) simulator_parameters: ParameterClient,
     simulator: String,
     pub(super) figures: bool,
 }
 
 impl CommonParameters {
-    /// Declares them, the last ones of a command. `namespace` is that of the simulator whose parameters
+    /// Declares the parameters and rejects overrides of undeclared parameters, so it must be called
+    /// after all other declarations. `namespace` is the namespace of the simulator whose parameters
     /// are recorded.
     pub(super) fn declare(
         parameters: &Parameters,
@@ -46,26 +49,42 @@ impl CommonParameters {
         let deadline = parameters.declare(
             "simulator_timeout",
             120.0,
-            Descriptor::read_only("timeout of a call to the simulator, in seconds; 0: none")
-                .range(0.0..=1e6),
+            Descriptor::read_only(
+                "timeout, in seconds, for the services reset and step to become available and for \
+                 each call to them; 0 disables it",
+            )
+            .range(0.0..=1e6),
         )?;
-        let default = name_in(namespace, "sim_node");
-        let simulator = declare(parameters, "simulator", default, "the simulator's node")?;
-        let figures = declare(parameters, "figures", true, "draw some escapes after the test")?;
-        parameters.refuse_undeclared()?;
+        let simulator = declare(
+            parameters,
+            "simulator",
+            name_in(namespace, "sim_node"),
+            "name of the simulator node, relative to the namespace of this node; train records the \
+             simulator's parameters in config.yaml, and train and evaluate change them temporarily \
+             to show a fixed room in the figures",
+        )?;
+        let figures = declare(
+            parameters,
+            "figures",
+            true,
+            "draw some escapes after the evaluation and save them in the directory figures; \
+             requires the topics odom and scene",
+        )?;
+        parameters.reject_undeclared()?;
         let deadline = (deadline > 0.0).then(|| Duration::from_secs_f64(deadline));
         Ok(CommonParameters { deadline, simulator, figures })
     }
 }
 
 impl Common {
+    /// Creates the clients of the simulator's parameter services.
     pub(super) fn new(node: &mut Node, parameters: CommonParameters) -> anyhow::Result<Common> {
         let CommonParameters { deadline, simulator, figures } = parameters;
         let simulator_parameters = ParameterClient::new(node, &simulator)?;
         Ok(Common { deadline, simulator_parameters, simulator, figures })
     }
 
-    /// The simulator, or `None` if the node shut down before there was one.
+    /// Waits for the simulator. Returns `None` if the node shuts down in the meantime.
     pub(super) fn connect<'node>(
         &self,
         node: &'node Node,
@@ -78,46 +97,57 @@ impl Common {
         }
     }
 
-    /// The simulator's parameters belong to the record of a run; a robot may have none.
+    /// Adds the simulator's parameters to `config`. Logs a warning if they are not available,
+    /// because a robot may have none.
     pub(super) fn record_simulator(
         &self,
         node: &Node,
         config: &mut BTreeMap<String, BTreeMap<String, ParameterValue>>,
     ) {
-        match node.block_on(self.simulator_parameters.values(PARAMETER_DEADLINE)) {
+        match node.block_on(self.simulator_parameters.values(PARAMETER_TIMEOUT)) {
             Ok(values) => drop(config.insert("sim_node".to_owned(), values)),
             Err(error) => warn!("config.yaml lacks the parameters of {}: {error}", self.simulator),
         }
     }
 }
 
-/// How long a test is, and of what.
-pub(super) struct TestParameters {
+/// The parameters of an evaluation.
+pub(super) struct EvaluationParameters {
     pub(super) episodes: u32,
     seed: u64,
     max_steps: u32,
 }
 
-impl TestParameters {
+impl EvaluationParameters {
+    /// Declares the parameters. `episodes` and `seed` are the names of these two parameters, which
+    /// differ between commands. A `minimum` of 0 allows skipping the evaluation.
     pub(super) fn declare(
         parameters: &Parameters,
         episodes: &str,
         seed: &str,
-        least: u64,
-    ) -> anyhow::Result<TestParameters> {
-        let episodes_are = "greedy test episodes";
-        // The default seed is the same for every model, so that all are evaluated in the same rooms.
-        let seed_is = "the seed of the test; its episodes are never those of a training";
-        let steps_are = "steps after which a test episode counts as a failure";
-        Ok(TestParameters {
-            episodes: count(parameters, episodes, 1000, least..=10_000_000, episodes_are)? as u32,
-            seed: count(parameters, seed, 1, 0..=LARGEST_SEED, seed_is)?,
-            max_steps: count(parameters, "max_steps", 200, 1..=1_000_000, steps_are)? as u32,
+        minimum: u64,
+    ) -> anyhow::Result<EvaluationParameters> {
+        let episodes_help = match minimum {
+            0 => "number of greedy evaluation episodes after training; 0 skips the evaluation",
+            _ => "number of greedy evaluation episodes",
+        };
+        let seed_help = "evaluation seed, from which the seed and the scenario of each episode are \
+                         derived; independent of the training seed";
+        let steps_help = "step limit of an evaluation episode; the episode fails if the robot does \
+                          not reach the exit within this limit";
+        let limits = minimum..=10_000_000;
+        Ok(EvaluationParameters {
+            episodes: count(parameters, episodes, 1000, limits, episodes_help)? as u32,
+            // The default is the same for every model, so that all models are evaluated in the same
+            // rooms.
+            seed: count(parameters, seed, 1, 0..=LARGEST_SEED, seed_help)?,
+            max_steps: count(parameters, "max_steps", 200, 1..=1_000_000, steps_help)? as u32,
         })
     }
 
-    pub(super) fn plan(&self, scenario: &str) -> TestPlan {
-        let TestParameters { episodes, seed, max_steps } = *self;
-        TestPlan { scenario: scenario.to_owned(), episodes, seed, max_steps }
+    /// Returns the plan for an evaluation in `scenario`.
+    pub(super) fn plan(&self, scenario: &str) -> EvaluationPlan {
+        let EvaluationParameters { episodes, seed, max_steps } = *self;
+        EvaluationPlan { scenario: scenario.to_owned(), episodes, seed, max_steps }
     }
 }

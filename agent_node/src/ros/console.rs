@@ -1,4 +1,4 @@
-//! How far a run is, on the console: a bar on a terminal, a line per 50 episodes elsewhere.
+//! Progress on the console: a progress bar on a terminal, otherwise a log line every 50 episodes.
 
 use std::io::{IsTerminal, Write};
 
@@ -6,45 +6,49 @@ use indicatif::{ProgressBar, ProgressStyle};
 use log::info;
 
 use learning::{record::Records, training::Training};
-use task::TestEpisode;
+use task::EvaluationEpisode;
 
-/// How many episodes "recent" are.
+/// Number of recent training episodes over which the mean return and the success rate are computed;
+/// also the number of episodes between log lines.
 const RECENT: usize = 50;
 
-/// A progress bar that log lines step aside for.
+/// A progress bar below the log lines.
 pub(super) struct Console {
     bar: ProgressBar,
     on_terminal: bool,
 }
 
 impl Console {
-    pub(super) fn new(what: &'static str, episodes: u32, done: u32) -> Console {
+    /// Creates a progress bar labelled `label` that starts at `finished` of `episodes` episodes.
+    /// From then on, the logger prints its lines above the bar.
+    pub(super) fn new(label: &'static str, episodes: u32, finished: u32) -> Console {
         let on_terminal = std::io::stderr().is_terminal();
         let bar = match on_terminal {
             true => ProgressBar::new(u64::from(episodes)),
             false => ProgressBar::hidden(),
         };
-        let template = "{prefix} {pos}/{len} {bar:30.green/blue} {elapsed} (left {eta})  {msg}";
+        let template = "{prefix} {pos}/{len} {bar:30.green/blue} {elapsed} ({eta} left)  {msg}";
         let style = ProgressStyle::with_template(template).expect("the template is well-formed");
         bar.set_style(style);
-        bar.set_prefix(what);
-        bar.set_position(u64::from(done));
+        bar.set_prefix(label);
+        bar.set_position(u64::from(finished));
         bar.reset_eta();
         let printer = bar.clone();
         ros_runtime::logging::write_console_through(move |line| {
-            // A closed console is no reason to stop.
+            // A write error on a closed console must not stop the node.
             printer.suspend(|| drop(writeln!(std::io::stderr(), "{line}")));
         });
         Console { bar, on_terminal }
     }
 
+    /// Shows the progress of training after an episode.
     pub(super) fn training_episode(&self, training: &Training) {
         let records = &training.progress.records;
         let recent = records.len().clamp(1, RECENT) as f32;
         let returns = records.recent(RECENT).map(|record| record.episode_return);
         let mean_return = returns.sum::<f32>() / recent;
         let facts = format!(
-            "{:.0} steps/s  epsilon {:.2}  return {mean_return:.2}  success {:.0} %",
+            "{:.0} steps/s  epsilon {:.2}  return {mean_return:.2}  success rate {:.0} %",
             training.steps_per_s(),
             records.iter().next_back().map_or(1.0, |record| record.epsilon),
             100.0 * recent_success(records),
@@ -52,31 +56,39 @@ impl Console {
         self.show(records.len() as u64, training.plan.episodes, facts);
     }
 
-    pub(super) fn test_episode(&self, done: u32, episodes: u32, escaped: u32, last: &TestEpisode) {
-        let share = 100.0 * f64::from(escaped) / f64::from(done.max(1));
-        let facts = format!("success {share:.1} %  last episode {} steps", last.steps);
-        self.show(u64::from(done), episodes, facts);
+    /// Shows the progress of an evaluation after an episode.
+    pub(super) fn evaluation_episode(
+        &self,
+        finished: u32,
+        episodes: u32,
+        succeeded: u32,
+        last: &EvaluationEpisode,
+    ) {
+        let success_rate = 100.0 * f64::from(succeeded) / f64::from(finished.max(1));
+        let facts = format!("success rate {success_rate:.1} %  last episode {} steps", last.steps);
+        self.show(u64::from(finished), episodes, facts);
     }
 
-    fn show(&self, done: u64, episodes: u32, facts: String) {
+    fn show(&self, finished: u64, episodes: u32, facts: String) {
         if self.on_terminal {
             self.bar.set_message(facts);
-            self.bar.set_position(done);
-        } else if done.is_multiple_of(RECENT as u64) || done == u64::from(episodes) {
-            info!("{} {done}/{episodes}: {facts}", self.bar.prefix());
+            self.bar.set_position(finished);
+        } else if finished.is_multiple_of(RECENT as u64) || finished == u64::from(episodes) {
+            info!("{} {finished}/{episodes}: {facts}", self.bar.prefix());
         }
     }
 }
 
 impl Drop for Console {
+    /// Leaves the bar on the terminal as it is.
     fn drop(&mut self) {
-        // What stands on the terminal stays.
         self.bar.abandon();
     }
 }
 
-/// The share of the recent episodes that ended at the exit; 0 before the first.
+/// Returns the success rate, 0 to 1, over the latest 50 training episodes; 0 before the first
+/// episode ends.
 pub(super) fn recent_success(records: &Records) -> f64 {
-    let escapes = records.recent(RECENT).filter(|record| record.terminated).count();
-    escapes as f64 / records.len().clamp(1, RECENT) as f64
+    let successes = records.recent(RECENT).filter(|record| record.terminated).count();
+    successes as f64 / records.len().clamp(1, RECENT) as f64
 }

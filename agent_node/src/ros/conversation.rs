@@ -1,8 +1,10 @@
-//! What is said to a simulator, and what its answers mean. No DDS here: answers in, requests out.
+//! The client side of the services `reset` and `step`, without DDS: takes responses and returns
+//! requests.
 //!
-//! Every request has numbers by which the simulator knows it again, so it may be asked as often as
-//! it takes. A restarted simulator knows nothing of the episode, but with a seeded reset a room is a
-//! function of the seed and the actions so far: repeating both brings it back to the very same state.
+//! Each request carries numbers by which the simulator recognizes a retry, so a client can retry
+//! any request until it gets a response. A restarted simulator has lost the episode. An episode is
+//! fully determined by its seed and actions, so the client repeats the reset and replays the
+//! actions to restore the simulator's state.
 
 use std::{
     hash::{DefaultHasher, Hash, Hasher},
@@ -16,18 +18,19 @@ use task::{Action, Image, Step};
 
 use super::simulator_error::SimulatorError;
 
-/// What follows from the answer to a step.
+/// What to do after receiving the response to a step request.
 #[derive(Clone, Debug, PartialEq)]
 pub enum AfterStep {
-    /// The step that was begun is done.
+    /// Return this result: the step is complete.
     Done(Step),
-    /// There is another step to ask for.
+    /// Send this request: the episode is being replayed.
     Step(step::Request),
-    /// The simulator was restarted: the episode has to be begun once more.
+    /// Send this request: the simulator was restarted, and the replay starts with a reset. Pass the
+    /// response to [`Conversation::repeated`].
     Reset(reset::Request),
 }
 
-/// An agent's side of its episodes with one simulator.
+/// The state of a client of one simulator: its request numbers and its current episode.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Conversation {
     /// The number of the latest reset request.
@@ -35,154 +38,169 @@ pub struct Conversation {
     episode: Option<Episode>,
 }
 
-/// The episode under way: everything that is needed to repeat it.
+/// The current episode, with everything that a replay needs.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Episode {
     seed: NonZeroU64,
     scenario: String,
-    /// As the simulator numbers it, in the answer to the latest reset.
+    /// The simulator's number for the episode, from the response to the latest reset.
     number: u64,
-    /// The actions whose ends were seen, and the one under way.
+    /// The actions of the completed steps.
     actions: Vec<Action>,
-    begun: Option<Action>,
-    /// How many of these actions have been taken since the latest reset.
-    taken: usize,
-    /// The digest of what was seen last; none before the episode's first image.
-    seen: Option<u64>,
-    /// Of the latest image; what the agent publishes about it carries the same.
+    /// The action of the step in progress.
+    pending: Option<Action>,
+    /// How many actions of the episode the simulator has executed since the latest reset.
+    executed: usize,
+    /// The digest of the latest image; `None` before the first image of the episode.
+    digest: Option<u64>,
+    /// The header of the latest image, which is also the header of messages about this image.
     header: Header,
 }
 
 impl Conversation {
-    /// A conversation whose resets have numbers with this upper half, which must be nobody else's:
-    /// by it the simulator knows the agent.
+    /// Creates the state of a client without an episode.
+    ///
+    /// `numbering` is the upper half of the client's reset request numbers. It must be unique among
+    /// the clients of a simulator, because the simulator uses it to identify the client.
     pub fn new(numbering: NonZeroU32) -> Conversation {
         Conversation { request: u64::from(numbering.get()) << 32, episode: None }
     }
 
-    /// The header of the image that was seen last.
+    /// Returns the header of the latest image; `None` before the first reset.
     pub fn header(&self) -> Option<&Header> {
         self.episode.as_ref().map(|episode| &episode.header)
     }
 
-    /// Begins an episode: what to ask. The answer goes to [`begun`](Self::begun).
+    /// Begins an episode and returns the request to send. Pass the response to
+    /// [`begun`](Self::begun).
     pub fn begin_episode(&mut self, seed: NonZeroU64, scenario: &str) -> reset::Request {
         let episode = self.episode.insert(Episode {
             seed,
             scenario: scenario.to_owned(),
             number: 0,
             actions: Vec::new(),
-            begun: None,
-            taken: 0,
-            seen: None,
+            pending: None,
+            executed: 0,
+            digest: None,
             header: Header::default(),
         });
         episode.reset(&mut self.request)
     }
 
-    /// The first image of the episode, from the answer to [`begin_episode`](Self::begin_episode)'s
-    /// request.
+    /// Returns the first image of the episode, given the response to the request from
+    /// [`begin_episode`](Self::begin_episode).
     ///
     /// # Errors
     ///
-    /// The simulator refuses, or sends no image of the camera.
-    pub fn begun(&mut self, answer: reset::Response) -> Result<Image, SimulatorError> {
+    /// Returns an error if the simulator refused the reset or sent an invalid image, or if no
+    /// episode has begun.
+    pub fn begun(&mut self, response: reset::Response) -> Result<Image, SimulatorError> {
         let episode = self.episode.as_mut().ok_or(SimulatorError::NoEpisode)?;
-        episode.begin(answer)
+        episode.begin(response)
     }
 
-    /// Begins a step: what to ask. The answer goes to [`stepped`](Self::stepped).
+    /// Begins a step and returns the request to send. Pass the response to
+    /// [`stepped`](Self::stepped).
     ///
     /// # Errors
     ///
-    /// No episode has begun.
+    /// Returns [`SimulatorError::NoEpisode`] if there is no episode, or if the response to its
+    /// reset has not arrived yet.
     pub fn begin_step(&mut self, action: Action) -> Result<step::Request, SimulatorError> {
-        // An episode that has shown nothing has not been begun by a simulator yet.
-        let episode = self.episode.as_mut().filter(|episode| episode.seen.is_some());
+        // Without a digest, the response to the reset is still pending.
+        let episode = self.episode.as_mut().filter(|episode| episode.digest.is_some());
         let episode = episode.ok_or(SimulatorError::NoEpisode)?;
-        episode.begun = Some(action);
+        episode.pending = Some(action);
         Ok(episode.step(action))
     }
 
-    /// What follows from the answer to the latest request for a step.
+    /// Processes the response to the latest step request and returns the result of the step or the
+    /// next request of a replay.
     ///
     /// # Errors
     ///
-    /// The simulator refuses, or sends no image of the camera, or another one than before.
-    pub fn stepped(&mut self, answer: step::Response) -> Result<AfterStep, SimulatorError> {
+    /// Returns an error if the simulator refused the step, sent an invalid image, or sent an image
+    /// that differs from the one before its restart.
+    pub fn stepped(&mut self, response: step::Response) -> Result<AfterStep, SimulatorError> {
         let episode = self.episode.as_mut().ok_or(SimulatorError::NoEpisode)?;
-        if answer.status == status::SIMULATOR_RESTARTED {
+        if response.status == status::SIMULATOR_RESTARTED {
             let steps = episode.actions.len();
-            warn!("the simulator was restarted: repeating {steps} steps");
+            warn!("the simulator was restarted: replaying {steps} steps of the episode");
             return Ok(AfterStep::Reset(episode.reset(&mut self.request)));
         }
-        check(answer.status, answer.message)?;
-        let shown = image_of(answer.image, &mut episode.header)?;
-        episode.taken += 1;
-        if episode.taken <= episode.actions.len() {
-            return Ok(AfterStep::Step(episode.repeat(&shown)?));
+        check(response.status, response.message)?;
+        let image = image_of(response.image, &mut episode.header)?;
+        episode.executed += 1;
+        if episode.executed <= episode.actions.len() {
+            return Ok(AfterStep::Step(episode.replay(&image)?));
         }
-        episode.actions.extend(episode.begun.take());
-        episode.seen = Some(digest(&shown));
+        episode.actions.extend(episode.pending.take());
+        episode.digest = Some(digest(&image));
         Ok(AfterStep::Done(Step {
-            image: shown,
-            reward: answer.reward,
-            terminated: answer.terminated,
-            truncated: answer.truncated,
-            blocked: answer.blocked,
+            image,
+            reward: response.reward,
+            terminated: response.terminated,
+            truncated: response.truncated,
+            blocked: response.blocked,
         }))
     }
 
-    /// The step to ask for after the answer to the reset of [`AfterStep::Reset`].
+    /// Returns the first step request of a replay, given the response to the request from
+    /// [`AfterStep::Reset`].
     ///
     /// # Errors
     ///
-    /// The simulator refuses, or sends no image of the camera, or another one than before.
-    pub fn repeated(&mut self, answer: reset::Response) -> Result<step::Request, SimulatorError> {
+    /// Returns an error if the simulator refused the reset, sent an invalid image, or sent an image
+    /// that differs from the one before its restart.
+    pub fn repeated(&mut self, response: reset::Response) -> Result<step::Request, SimulatorError> {
         let episode = self.episode.as_mut().ok_or(SimulatorError::NoEpisode)?;
-        let before = episode.seen;
-        let shown = episode.begin(answer)?;
-        episode.seen = before;
-        episode.repeat(&shown)
+        // `begin` overwrites the digest of the latest image, which the replay must reproduce.
+        let expected = episode.digest;
+        let image = episode.begin(response)?;
+        episode.digest = expected;
+        episode.replay(&image)
     }
 }
 
 impl Episode {
-    /// The reset that begins the episode, or begins it anew, under the next number.
+    /// Returns the request that resets the simulator to the start of the episode, with the next
+    /// request number.
     fn reset(&self, request: &mut u64) -> reset::Request {
         *request += 1;
         reset::Request { request: *request, seed: self.seed.get(), scenario: self.scenario.clone() }
     }
 
-    /// The next step, with this action.
+    /// Returns the request for the next step, with this action.
     fn step(&self, action: Action) -> step::Request {
-        step::Request { episode: self.number, step: self.taken as u32 + 1, action: action.index() }
+        let step = self.executed as u32 + 1;
+        step::Request { episode: self.number, step, action: action.index() }
     }
 
-    /// What the simulator shows as it begins the episode.
-    fn begin(&mut self, answer: reset::Response) -> Result<Image, SimulatorError> {
-        check(answer.status, answer.message)?;
-        let shown = image_of(answer.image, &mut self.header)?;
-        self.number = answer.episode;
-        self.taken = 0;
-        self.seen = Some(digest(&shown));
-        Ok(shown)
+    /// Returns the first image of the episode from the response to a reset.
+    fn begin(&mut self, response: reset::Response) -> Result<Image, SimulatorError> {
+        check(response.status, response.message)?;
+        let image = image_of(response.image, &mut self.header)?;
+        self.number = response.episode;
+        self.executed = 0;
+        self.digest = Some(digest(&image));
+        Ok(image)
     }
 
-    /// The next step of an episode that is being repeated, which shows this image.
-    fn repeat(&self, shown: &Image) -> Result<step::Request, SimulatorError> {
-        if let Some(action) = self.actions.get(self.taken) {
+    /// Returns the next step request of a replay whose latest image is `image`: a repetition of the
+    /// next completed step or, after the last completed step, the request for the step in progress.
+    fn replay(&self, image: &Image) -> Result<step::Request, SimulatorError> {
+        if let Some(action) = self.actions.get(self.executed) {
             return Ok(self.step(*action));
         }
-        if self.seen != Some(digest(shown)) {
-            return Err(SimulatorError::NotRepeatable { step: self.taken, seed: self.seed });
+        if self.digest != Some(digest(image)) {
+            return Err(SimulatorError::NotReproducible { step: self.executed, seed: self.seed });
         }
-        let action = self.begun.ok_or(SimulatorError::NoEpisode)?;
+        let action = self.pending.ok_or(SimulatorError::NoEpisode)?;
         Ok(self.step(action))
     }
 }
 
-/// Whether an answer says that what was asked is done, or why it is not.
+/// Returns an error unless the status of a response is `OK`.
 fn check(code: u8, message: String) -> Result<(), SimulatorError> {
     match code {
         status::OK => Ok(()),
@@ -191,31 +209,33 @@ fn check(code: u8, message: String) -> Result<(), SimulatorError> {
     }
 }
 
-/// The image of a message, whose header is put aside.
+/// Returns the image of a message and stores the header of the message in `header`.
 fn image_of(message: ImageMessage, header: &mut Header) -> Result<Image, SimulatorError> {
-    let (shown, latest) = image(message)?;
+    let (image, latest) = image(message)?;
     *header = latest;
-    Ok(shown)
+    Ok(image)
 }
 
-/// By which an image is known again; a training compares the bytes themselves as it goes on.
+/// Returns a hash of an image, which takes less memory than the image. (A resumed training run
+/// compares the bytes themselves.)
 fn digest(image: &Image) -> u64 {
     let mut hasher = DefaultHasher::new();
     image.hash(&mut hasher);
     hasher.finish()
 }
 
-/// The image of a message, if it is one of the camera that the networks know, and its header.
+/// Returns the 20 x 7 image that the networks take as input, and the header of the message.
 ///
 /// # Errors
 ///
-/// It has another size or encoding.
+/// Returns [`SimulatorError::BadImage`] if the size, encoding or row length of the message is not
+/// as expected.
 pub fn image(message: ImageMessage) -> Result<(Image, Header), SimulatorError> {
     let (width, height, encoding) = (message.width, message.height, message.encoding.as_str());
     if (width, height, encoding, message.step) != (20, 7, "rgb8", 60) {
         return Err(SimulatorError::BadImage(format!(
-            "an image of {width} x {height} pixels, encoding '{encoding}', {} bytes a row: expected \
-             20 x 7, rgb8, 60",
+            "image: invalid format {width} x {height}, encoding '{encoding}', {} bytes per row \
+             (expected: 20 x 7, encoding 'rgb8', 60 bytes per row)",
             message.step
         )));
     }

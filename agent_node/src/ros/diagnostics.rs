@@ -1,4 +1,4 @@
-//! What the node says of itself on `/diagnostics`.
+//! The diagnostics of the node: `learner` during training, `driver` in deployment.
 
 use std::{sync::Arc, time::Instant};
 
@@ -8,14 +8,17 @@ use ros_runtime::diagnostics::{Diagnostics, Level, Report};
 use super::console::recent_success;
 use learning::training::Training;
 
-/// How far a training is.
+/// The progress of training, reported on `/diagnostics`. Clones share the same state.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LearnerState(Arc<Mutex<Learner>>);
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Learner {
+    /// Number of finished episodes.
     episode: u32,
+    /// Number of episodes in the training run.
     episodes: u32,
+    /// Number of steps in all episodes so far.
     steps: u64,
     steps_per_s: f64,
     update_us: f64,
@@ -23,7 +26,7 @@ struct Learner {
 }
 
 impl LearnerState {
-    /// A state that is reported from now on.
+    /// Creates the state and registers it with `diagnostics` as `learner`.
     pub(super) fn reported_by(diagnostics: &Diagnostics) -> LearnerState {
         let state = LearnerState::default();
         let reported = state.clone();
@@ -31,7 +34,7 @@ impl LearnerState {
         state
     }
 
-    /// An episode has ended.
+    /// Updates the state after an episode.
     pub(super) fn update(&self, training: &Training) {
         *self.learner() = Learner {
             episode: training.episode(),
@@ -53,39 +56,43 @@ impl Learner {
         let Learner { episode, episodes, .. } = self;
         Report {
             level: Level::Ok,
-            message: format!("{episode} of {episodes} episodes are done"),
+            message: format!("{episode} of {episodes} episodes finished"),
             values: vec![
                 ("episodes", episode.to_string()),
                 ("steps", self.steps.to_string()),
                 ("steps per second", format!("{:.0}", self.steps_per_s)),
-                ("time of an update, us", format!("{:.0}", self.update_us)),
-                ("recent success, %", format!("{:.1}", 100.0 * self.success_rate)),
+                ("mean update time, us", format!("{:.0}", self.update_us)),
+                ("recent success rate, %", format!("{:.1}", 100.0 * self.success_rate)),
             ],
         }
     }
 }
 
-/// Whether a driver drives.
+/// The state of a deployment, reported on `/diagnostics`. Clones share the same state.
 #[derive(Clone, Debug, Default)]
 pub(super) struct DriverState(Arc<Mutex<Drive>>);
 
-/// What has become of the images so far.
+/// The images received and the commands sent so far.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Drive {
+    /// Valid images received.
     pub(super) images: u64,
+    /// Commands sent.
     pub(super) commands: u64,
-    /// Images that came late, twice, while the robot moved, or while nobody heard the commands.
+    /// Valid images for which no command was sent: out of order, duplicate, taken during a move, or
+    /// received while `action` had no subscriber.
     pub(super) ignored: u64,
-    /// Messages that are no image of this camera.
-    pub(super) unreadable: u64,
-    /// When the latest new image came; none if that is too long ago.
+    /// Images whose size, encoding or row length the policy does not accept.
+    pub(super) invalid: u64,
+    /// When the latest new image arrived; `None` before the first image and after a timeout.
     pub(super) latest: Option<Instant>,
-    /// Whether somebody hears the commands, as far as anybody has looked.
-    pub(super) is_heard: Option<bool>,
+    /// Whether `action` had a subscriber when the latest image arrived; `None` before the first
+    /// image.
+    pub(super) has_subscribers: Option<bool>,
 }
 
 impl DriverState {
-    /// A state that is reported from now on.
+    /// Creates the state and registers it with `diagnostics` as `driver`.
     pub(super) fn reported_by(diagnostics: &Diagnostics) -> DriverState {
         let state = DriverState::default();
         let reported = state.clone();
@@ -93,7 +100,7 @@ impl DriverState {
         state
     }
 
-    /// What to change when something happens.
+    /// Locks the state to read or change it.
     pub(super) fn drive(&self) -> MutexGuard<'_, Drive> {
         self.0.lock()
     }
@@ -101,10 +108,10 @@ impl DriverState {
 
 impl Drive {
     fn report(&self) -> Report {
-        let (level, message) = match (self.latest, self.is_heard) {
-            (None, _) => (Level::Warn, "waiting for images, and driving nowhere"),
+        let (level, message) = match (self.latest, self.has_subscribers) {
+            (None, _) => (Level::Warn, "waiting for images; not driving"),
             (Some(_), Some(true)) => (Level::Ok, "driving"),
-            (Some(_), _) => (Level::Warn, "nobody hears the commands: driving nowhere"),
+            (Some(_), _) => (Level::Warn, "no subscriber on action; not driving"),
         };
         let age = self.latest.map(|latest| format!("{:.3}", latest.elapsed().as_secs_f64()));
         Report {
@@ -114,7 +121,7 @@ impl Drive {
                 ("images", self.images.to_string()),
                 ("commands", self.commands.to_string()),
                 ("ignored images", self.ignored.to_string()),
-                ("unreadable images", self.unreadable.to_string()),
+                ("invalid images", self.invalid.to_string()),
                 ("age of the latest image, s", age.unwrap_or_else(|| "none".to_owned())),
             ],
         }

@@ -1,4 +1,7 @@
-//! Deployment: the agent hears only `camera/image` and says only `action`.
+//! `agent_node drive`: deploys a trained model on a robot or simulator.
+//!
+//! The node subscribes to `camera/image` and publishes commands on `action`. It does not use
+//! services.
 
 use std::time::{Duration, Instant};
 
@@ -16,7 +19,12 @@ use ros_runtime::{
 use super::{conversation::image, diagnostics::DriverState, parameters::TrainedModel};
 use learning::driver::{Driver, Reaction};
 
-/// Drives a robot with a trained model, until the node is told to end.
+/// Drives a robot with a trained model until the node shuts down.
+///
+/// # Errors
+///
+/// Returns an error if the arguments, parameters or model are invalid, or if the node cannot be
+/// started.
 pub fn drive(arguments: &Arguments) -> anyhow::Result<()> {
     let mut node = Node::new("agent_node", arguments, evac_msgs::DEFINITIONS)?;
     let parameters = node.parameters().clone();
@@ -26,31 +34,32 @@ pub fn drive(arguments: &Arguments) -> anyhow::Result<()> {
     let state = DriverState::reported_by(node.diagnostics());
     node.start_services()?;
 
-    // Only the latest counts: what is lost is followed by another.
+    // Depth 1 and best effort: only the latest image matters, and a lost image is superseded by the
+    // next one.
     let images = node.create_subscription::<ImageMessage>("camera/image", best_effort(1))?;
     let actions = node.create_publisher("action", reliable(1))?;
     let q_values = node.create_publisher("q_values", reliable(10))?;
     let timeout = Duration::from_secs_f64(image_timeout);
-    let mut wheel = Wheel { driver, actions, q_values, state, timeout };
-    node.tell_ready();
+    let mut drive_loop = DriveLoop { driver, actions, q_values, state, timeout };
+    node.notify_ready();
     info!("waiting for images on {}", node.naming().resolve("camera/image")?);
     let shutdown = node.shutdown().clone();
     node.block_on(shutdown.unless_requested(async {
         loop {
             match tokio::time::timeout(timeout, images.async_take()).await {
-                Ok(Ok((message, _))) => wheel.turn(message),
-                Ok(Err(error)) => warn!("an image cannot be read: {error}"),
+                Ok(Ok((message, _))) => drive_loop.process_image(message),
+                Ok(Err(error)) => warn!("cannot deserialize a message on camera/image: {error}"),
                 Err(_) => {}
             }
-            wheel.notice_silence();
+            drive_loop.check_timeout();
         }
     }));
-    let drive = *wheel.state.drive();
-    info!("{} images were seen, {} of them answered", drive.images, drive.commands);
+    let drive = *drive_loop.state.drive();
+    info!("received {} images, sent {} commands", drive.images, drive.commands);
     Ok(())
 }
 
-/// The parameters of a drive, besides those of its model.
+/// The parameters of `drive`, in addition to those of the model.
 struct Options {
     settle_time: f64,
     image_timeout: f64,
@@ -62,79 +71,88 @@ impl Options {
             "settle_time",
             0.1,
             Descriptor::read_only(
-                "how long after an image that was answered the next one is, in seconds by the stamps: \
-                 the way of the command, and the robot's longest move",
+                "minimum difference, in seconds, between the stamps of two images that the node \
+                 acts on; must exceed the command latency plus the duration of the \
+                 robot's longest move, because images in between are assumed to show the robot in \
+                 motion and are ignored",
             )
             .range(0.0..=3600.0),
         )?;
         let image_timeout = parameters.declare(
             "image_timeout",
             2.0,
-            Descriptor::read_only("warn after this time without an image, in seconds")
-                .range(0.001..=3600.0),
+            Descriptor::read_only(
+                "time without a new image, in seconds, after which the node logs a warning and \
+                 reports WARN on /diagnostics",
+            )
+            .range(0.001..=3600.0),
         )?;
-        parameters.refuse_undeclared()?;
+        parameters.reject_undeclared()?;
         Ok(Options { settle_time, image_timeout })
     }
 }
 
-/// Declares what [`drive`] declares; the model may be missing.
+/// Declares the parameters of [`drive`]; `model` may be empty.
 pub(super) fn declare_parameters(parameters: &Parameters) -> anyhow::Result<()> {
     TrainedModel::declare_optional(parameters)?;
     Options::declare(parameters)?;
     Ok(())
 }
 
-/// What turns images into commands.
-struct Wheel {
+/// Answers camera images with commands.
+struct DriveLoop {
     driver: Driver,
     actions: Publisher<ActionCommand>,
     q_values: Publisher<QValues>,
     state: DriverState,
-    /// How long there may be no new image.
+    /// The parameter `image_timeout`.
     timeout: Duration,
 }
 
-impl Wheel {
-    /// Says so if there was no new image for a while, whatever else came.
-    fn notice_silence(&mut self) {
+impl DriveLoop {
+    /// Logs a warning, once, if no new image has arrived within the timeout.
+    fn check_timeout(&mut self) {
         let mut drive = self.state.drive();
         if drive.latest.take_if(|latest| latest.elapsed() >= self.timeout).is_some() {
             let seconds = self.timeout.as_secs_f64();
-            warn!("no new image for {seconds} s: waiting, and driving nowhere");
+            warn!("no new image for {seconds} s; not driving");
         }
     }
 
-    fn turn(&mut self, message: ImageMessage) {
+    /// Publishes a command for an image unless the image is invalid or ignored.
+    fn process_image(&mut self, message: ImageMessage) {
         let mut drive = self.state.drive();
-        let (seen, header) = match image(message) {
+        let (image, header) = match image(message) {
             Ok(image) => image,
             Err(error) => {
-                // Whoever sends such images sends many.
-                if drive.unreadable == 0 {
+                // A camera with the wrong format sends every image in that format: log only the
+                // first.
+                if drive.invalid == 0 {
                     warn!("{error}");
                 }
-                drive.unreadable += 1;
+                drive.invalid += 1;
                 return;
             }
         };
         drive.images += 1;
-        let is_heard = self.actions.has_readers();
-        if drive.is_heard.replace(is_heard) != Some(is_heard) {
-            match is_heard {
-                true => info!("somebody hears the commands"),
-                false => warn!("nobody hears the commands: waiting, and driving nowhere"),
+        let has_subscribers = self.actions.has_subscribers();
+        if drive.has_subscribers.replace(has_subscribers) != Some(has_subscribers) {
+            match has_subscribers {
+                true => info!("action has a subscriber"),
+                false => warn!("no subscriber on action; not driving"),
             }
         }
         let stamp = header.stamp;
-        // To answer an image that nobody hears the answer of would be to believe in a move.
-        let reaction = is_heard.then(|| self.driver.see(since_epoch(stamp), seen));
-        if reaction == Some(Reaction::Late) {
+        // The driver assumes that the robot executes every command, so it must not process images
+        // while `action` has no subscriber.
+        let reaction =
+            has_subscribers.then(|| self.driver.process_image(since_epoch(stamp), image));
+        if reaction == Some(Reaction::OutOfOrder) {
             drive.ignored += 1;
-            return debug!("the image of {stamp:?} comes late, or for the second time");
+            return debug!("ignored an out-of-order or duplicate image with stamp {stamp:?}");
         }
         if drive.latest.replace(Instant::now()).is_none() {
-            info!("there are images");
+            info!("receiving images");
         }
         let Some(Reaction::Drive(decision)) = reaction else {
             drive.ignored += 1;
@@ -153,7 +171,7 @@ impl Wheel {
     }
 }
 
-/// A stamp as what has passed since its clock's zero; one before that is the zero.
+/// Returns the time of a stamp since the epoch of its clock; zero for a stamp before the epoch.
 fn since_epoch(stamp: Time) -> Duration {
     let seconds = Duration::from_secs(u64::try_from(stamp.sec).unwrap_or(0));
     seconds + Duration::from_nanos(stamp.nanosec.into())

@@ -1,5 +1,7 @@
-//! Escapes for the pictures: the policy's way out of rooms that are held fixed, and out of some of
-//! the test's, with where everything really was.
+//! Records escapes for the figures: episodes with the ground truth at each step.
+//!
+//! The figures show the first evaluation episodes, and three episodes in a fixed room, which is set
+//! up through the simulator's `fixed_*` parameters.
 
 use std::{num::NonZeroU64, time::Duration};
 
@@ -15,33 +17,37 @@ use task::{
     seeds::{Purpose, episode_scenario, episode_seed},
 };
 
-use super::{common::Common, ground_truth::GroundTruth, policy_test::PolicyTest};
+use super::{common::Common, ground_truth::GroundTruth, policy_evaluation::PolicyEvaluation};
 
-/// Rooms of the test that are shown, the first ones.
-const ROOMS: u32 = 6;
-/// No picture shows more steps than these.
-const MOST_STEPS: u32 = 200;
-/// How often an episode begins anew until somebody says where things are: at first the readers may
-/// not be known yet.
-const ATTEMPTS: usize = 5;
-/// How long the simulator's parameter services may take.
-const DEADLINE: Duration = Duration::from_secs(5);
+/// Number of evaluation episodes in the figures, starting with the first.
+const EPISODES: u32 = 6;
+/// Step limit of an episode in the figures.
+const MAX_STEPS: u32 = 200;
+/// Maximum number of resets at the start of an episode. The reset is repeated because no ground
+/// truth arrives until discovery has matched the subscriptions.
+const MAX_ATTEMPTS: usize = 5;
+/// Timeout for a call to the simulator's parameter services.
+const TIMEOUT: Duration = Duration::from_secs(5);
 
-/// A room that is held fixed, as the simulator's parameters `fixed_*` say it.
+/// A fixed room: the values of the simulator's `fixed_*` parameters.
 struct FixedRoom {
+    /// `fixed_exit`: the wall and the offset along it, in metres.
     exit: [f64; 2],
+    /// `fixed_cylinders`: x and y of each centre, in metres.
     cylinders: &'static [f64],
-    /// Where the robot starts, one after the other: x, y and heading.
+    /// `fixed_robot` for each episode: x and y in metres, yaw in radians.
     starts: [[f64; 3]; 3],
 }
 
 impl FixedRoom {
+    /// Returns the fixed room for a scenario.
     fn of(scenario: Scenario) -> FixedRoom {
         let around = [[-0.8, -0.8, 0.0], [0.9, -0.7, 2.4], [-1.0, 0.1, -1.6]];
         let room = FixedRoom { exit: [1.0, 0.5], cylinders: &[], starts: around };
         match scenario {
             Scenario::Empty => room,
-            // Figure 7: the exit is behind the wall, and the robot within it.
+            // As in Figure 7 of the paper: the robot starts inside the concave wall, and the exit
+            // is behind the wall.
             Scenario::Concave => FixedRoom {
                 exit: [1.0, 0.0],
                 starts: [[0.0, -0.05, -1.0], [-0.3, -0.2, 2.0], [0.25, -0.2, 0.5]],
@@ -60,10 +66,17 @@ impl FixedRoom {
     }
 }
 
-/// Draws the policy's escapes into the directory `figures`; `None` where they cannot be seen, or if
-/// the node shuts down. The simulator stands in a namespace relative to the node's own.
+/// Records escapes, draws them and saves the figures in the directory `figures`. `namespace` is the
+/// simulator's namespace, relative to that of the node.
+///
+/// Returns `None` if the parameter `figures` is false, if there is no ground truth, or after an
+/// environment error, including a shutdown: the evaluation is valid without figures.
+///
+/// # Errors
+///
+/// Returns an error if a subscription cannot be created or a file cannot be written.
 pub(super) fn draw(
-    test: &mut PolicyTest,
+    evaluation: &mut PolicyEvaluation,
     namespace: &str,
     common: &Common,
     directory: &RunDirectory,
@@ -71,13 +84,12 @@ pub(super) fn draw(
     if !common.figures {
         return Ok(None);
     }
-    let truth = GroundTruth::new(test.room.node(), namespace)?;
-    let figures = match figures(test, &truth, &common.simulator_parameters) {
+    let truth = GroundTruth::new(evaluation.environment.node(), namespace)?;
+    let figures = match figures(evaluation, &truth, &common.simulator_parameters) {
         Ok(Some(figures)) => figures,
         Ok(None) => return Ok(None),
-        // What is done is done; only pictures are missing.
         Err(error) => {
-            warn!("there are no figures of escapes: {error:#}");
+            warn!("cannot draw the escapes: {error:#}");
             return Ok(None);
         }
     };
@@ -86,73 +98,76 @@ pub(super) fn draw(
     Ok(Some(figures))
 }
 
-/// The figures of a policy in a scenario; `None`, with a warning, where nobody publishes the ground
-/// truth.
+/// Records the escapes of a policy and draws them. Returns `None` and logs a warning if there is no
+/// ground truth.
 fn figures<'node>(
-    test: &mut PolicyTest<'_, 'node>,
+    evaluation: &mut PolicyEvaluation<'_, 'node>,
     truth: &GroundTruth<'node>,
     parameters: &ParameterClient,
 ) -> anyhow::Result<Option<EscapeFigures>> {
-    let plan = test.plan.clone();
-    let mut recorder = Recorder { test, truth };
-    let mut rooms = Vec::new();
-    for episode in 0..plan.episodes.min(ROOMS) {
-        let seed = episode_seed(Purpose::Test, plan.seed, episode);
-        let scenario = episode_scenario(&plan.scenario, Purpose::Test, plan.seed, episode);
+    let plan = evaluation.plan.clone();
+    let mut recorder = Recorder { evaluation, truth };
+    let mut escapes = Vec::new();
+    for episode in 0..plan.episodes.min(EPISODES) {
+        let seed = episode_seed(Purpose::Evaluation, plan.seed, episode);
+        let scenario = episode_scenario(&plan.scenario, Purpose::Evaluation, plan.seed, episode);
         let Some(escape) = recorder.record(seed, scenario)? else {
-            warn!("nobody publishes odom and scene: there are no figures of escapes");
+            warn!("cannot draw the escapes: no messages on odom or scene for an image");
             return Ok(None);
         };
-        rooms.push(escape);
+        escapes.push(escape);
     }
-    // None where each episode has a scenario of its own.
+    // `None` for `mixed`, which has no fixed room.
     let scenario = plan.scenario.parse::<Scenario>().ok();
     let fixed = match scenario {
         None => Vec::new(),
         Some(scenario) => recorder.fixed(scenario, parameters)?,
     };
-    let moves = scenario.is_some_and(Scenario::moving);
-    Ok(Some(EscapeFigures::draw(&rooms, &fixed, moves)))
+    let moving = scenario.is_some_and(Scenario::has_moving_obstacles);
+    Ok(Some(EscapeFigures::draw(&escapes, &fixed, moving)))
 }
 
+/// Runs episodes and records each step with its ground truth.
 struct Recorder<'a, 'b, 'node> {
-    test: &'a mut PolicyTest<'b, 'node>,
+    evaluation: &'a mut PolicyEvaluation<'b, 'node>,
     truth: &'a GroundTruth<'node>,
 }
 
 impl Recorder<'_, '_, '_> {
-    /// Three escapes from one room; none, with a warning, where the room cannot be held fixed.
+    /// Records three escapes from the fixed room for a scenario. Returns fewer if there is no
+    /// ground truth or, with a logged warning, if a simulator parameter cannot be read or set.
     fn fixed(
         &mut self,
         scenario: Scenario,
         simulator: &ParameterClient,
     ) -> anyhow::Result<Vec<Escape>> {
-        let node = self.test.room.node();
-        let before = match node.block_on(simulator.values(DEADLINE)) {
+        let node = self.evaluation.environment.node();
+        let previous = match node.block_on(simulator.values(TIMEOUT)) {
             Ok(values) => values,
             Err(error) => {
-                warn!("the room cannot be held fixed for the figures: {error}");
+                warn!("cannot read the simulator parameters for the figures: {error}");
                 return Ok(Vec::new());
             }
         };
         let set = |name: &str, value: ParameterValue| {
-            let set = node.block_on(simulator.set(name, value, DEADLINE));
-            let refused = set.map_or_else(|error| Some(error.to_string()), Result::err);
-            if let Some(reason) = &refused {
-                warn!("the room cannot be held fixed for the figures: {reason}");
+            let result = node.block_on(simulator.set(name, value, TIMEOUT));
+            let failure = result.map_or_else(|error| Some(error.to_string()), Result::err);
+            if let Some(reason) = &failure {
+                warn!("cannot set the simulator parameter {name} for the figures: {reason}");
             }
-            refused.is_none()
+            failure.is_none()
         };
         let escapes = self.record_starts(scenario, set);
-        // Whatever happened: a room that stays fixed would be another one for who comes next.
+        // Restore the parameters even after an error, because the simulator may have other clients.
         for name in ["fixed_exit", "fixed_cylinders", "fixed_robot"] {
-            set(name, before.get(name).cloned().unwrap_or(ParameterValue::DoubleArray(Vec::new())));
+            let value = previous.get(name).cloned();
+            set(name, value.unwrap_or(ParameterValue::DoubleArray(Vec::new())));
         }
         escapes
     }
 
-    /// The escapes from the starts of a [`FixedRoom`], as far as `set` can set a parameter of the
-    /// simulator.
+    /// Records an escape from each start pose in the [`FixedRoom`]. `set` sets a simulator
+    /// parameter and returns whether it succeeded; a failure ends the recording.
     fn record_starts(
         &mut self,
         scenario: Scenario,
@@ -168,38 +183,47 @@ impl Recorder<'_, '_, '_> {
             if !set("fixed_robot", start) {
                 break;
             }
-            let seed = episode_seed(Purpose::Test, self.test.plan.seed, episode);
+            let seed = episode_seed(Purpose::Evaluation, self.evaluation.plan.seed, episode);
             escapes.extend(self.record(seed, scenario.name())?);
         }
         Ok(escapes)
     }
 
-    /// One episode; `None` if nobody says where things are.
+    /// Records one episode. Returns `None` if there is no ground truth.
     fn record(&mut self, seed: NonZeroU64, scenario: &str) -> anyhow::Result<Option<Escape>> {
-        let mut begun: Option<(Image, _)> = None;
-        for _ in 0..ATTEMPTS {
-            let image = self.test.room.reset(seed, scenario)?;
-            if let Some(seen) = self.truth.at(self.test.room.stamp()) {
-                begun = Some((image, seen));
+        let PolicyEvaluation { plan, policy, environment, announcer } = &mut *self.evaluation;
+        let mut first: Option<(Image, _)> = None;
+        for _ in 0..MAX_ATTEMPTS {
+            let image = environment.reset(seed, scenario)?;
+            let stamp = environment.stamp();
+            if let Some(truth) = self.truth.pose_at(stamp).zip(self.truth.scene_at(stamp)) {
+                first = Some((image, truth));
                 break;
             }
         }
-        let Some((mut image, (mut pose, mut scene))) = begun else {
+        let Some((mut image, (mut pose, mut scene))) = first else {
             return Ok(None);
         };
-        self.test.policy.begin(image.clone());
+        policy.begin(image.clone());
+        let parsed = scenario.parse::<Scenario>();
+        let is_static = parsed.is_ok_and(|scenario| !scenario.has_moving_obstacles());
         let (mut moments, mut escaped) = (Vec::new(), false);
-        for _ in 0..self.test.plan.max_steps.min(MOST_STEPS) {
-            let decision = self.test.policy.decide();
-            self.test.announcer.announce(&decision);
-            let step = self.test.room.step(decision.action)?;
-            let Some((next_pose, next_scene)) = self.truth.at(self.test.room.stamp()) else {
+        for _ in 0..plan.max_steps.min(MAX_STEPS) {
+            let decision = policy.decide();
+            announcer.announce(&decision);
+            let step = environment.step(decision.action)?;
+            let stamp = environment.stamp();
+            let next_scene = match is_static {
+                true => Some(scene.clone()),
+                false => self.truth.scene_at(stamp),
+            };
+            let Some((next_pose, next_scene)) = self.truth.pose_at(stamp).zip(next_scene) else {
                 return Ok(None);
             };
             let (values, action, blocked) = (decision.values, decision.action, step.blocked);
             moments.push(Moment { pose, scene, image, values, action, blocked });
             (pose, scene, image) = (next_pose, next_scene, step.image.clone());
-            self.test.policy.observe(action, step.image);
+            policy.observe(action, step.image);
             escaped = step.terminated;
             if step.terminated || step.truncated {
                 break;

@@ -1,4 +1,4 @@
-//! `agent_node evaluate`.
+//! `agent_node evaluate`: evaluates a trained model over DDS.
 
 use std::path::Path;
 
@@ -7,51 +7,57 @@ use log::info;
 use ros_runtime::{Arguments, Node, parameters::Parameters};
 
 use super::{
-    common::{Common, CommonParameters, TestParameters},
+    common::{Common, CommonParameters, EvaluationParameters},
     escapes,
     parameters::{TrainedModel, declare, scenario},
-    policy_test::{PolicyTest, read_fewest_steps},
+    policy_evaluation::{PolicyEvaluation, read_shortest_paths},
     simulator::Connection,
 };
 
-/// Tests a trained model over DDS and leaves `evaluation.json` in the directory `out`.
+/// Evaluates a trained model over DDS. Writes `evaluation.json` and the figures to the directory
+/// given by the parameter `out`.
 ///
-/// `oracle` is a file of the fewest possible steps of the test's episodes, if there is one.
+/// `oracle` is a file with the output of `sim_node oracle` for the evaluation episodes: the lengths
+/// of the full-knowledge shortest paths, which are the baseline for `optimality_ratio`.
 ///
 /// # Errors
 ///
-/// Arguments, parameters or files are wrong, or the simulator cannot be used.
+/// Returns an error if arguments, parameters or files are invalid, if a file cannot be written, or
+/// if the environment fails.
 pub fn evaluate(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()> {
-    let fewest = oracle.map(read_fewest_steps).transpose()?;
+    let shortest = oracle.map(read_shortest_paths).transpose()?;
     let mut node = Node::new("agent_node", arguments, evac_msgs::DEFINITIONS)?;
     let model = TrainedModel::declare(node.parameters())?;
-    let Options { scenario, test, out, common } = Options::declare(node.parameters(), &model)?;
+    let options = Options::declare(node.parameters(), &model)?;
+    let Options { scenario, evaluation, out, common } = options;
     let common = Common::new(&mut node, common)?;
     node.start_services()?;
 
     let policy = model.policy()?;
     let directory = RunDirectory::open(Path::new(&out))?;
     let (connection, announcer) = Connection::new(&mut node, "")?;
-    node.tell_ready();
-    let Some(mut room) = common.connect(&node, connection)? else {
+    node.notify_ready();
+    let Some(mut environment) = common.connect(&node, connection)? else {
         return Ok(());
     };
-    let plan = test.plan(&scenario);
-    let mut test = PolicyTest { plan, policy, room: &mut room, announcer: &announcer };
-    match test.run(fewest.as_ref())? {
-        Some(tested) => {
-            directory.write_json("evaluation.json", &tested.evaluation)?;
-            escapes::draw(&mut test, "", &common, &directory)?;
+    let plan = evaluation.plan(&scenario);
+    let mut evaluation =
+        PolicyEvaluation { plan, policy, environment: &mut environment, announcer: &announcer };
+    match evaluation.run(shortest.as_ref())? {
+        Some(evaluated) => {
+            directory.write_json("evaluation.json", &evaluated.evaluation)?;
+            escapes::draw(&mut evaluation, "", &common, &directory)?;
+            info!("results written to {out}");
         }
-        None => info!("stopped before the end of the test"),
+        None => info!("evaluation interrupted; evaluation.json was not written"),
     }
     Ok(())
 }
 
-/// The parameters of a test, besides those of its model.
+/// The parameters of `evaluate`, in addition to those of the model.
 struct Options {
     scenario: String,
-    test: TestParameters,
+    evaluation: EvaluationParameters,
     out: String,
     common: CommonParameters,
 }
@@ -59,15 +65,17 @@ struct Options {
 impl Options {
     fn declare(parameters: &Parameters, model: &TrainedModel) -> anyhow::Result<Options> {
         let scenario = scenario(parameters, &model.defaults)?;
-        let test = TestParameters::declare(parameters, "episodes", "seed", 1)?;
+        let evaluation = EvaluationParameters::declare(parameters, "episodes", "seed", 1)?;
         let default_out = model.directory.display().to_string();
-        let out = declare(parameters, "out", default_out, "the directory of evaluation.json")?;
+        let description = "directory for evaluation.json and figures (default: the model \
+                           directory)";
+        let out = declare(parameters, "out", default_out, description)?;
         let common = CommonParameters::declare(parameters, "")?;
-        Ok(Options { scenario, test, out, common })
+        Ok(Options { scenario, evaluation, out, common })
     }
 }
 
-/// Declares what [`evaluate`] declares; the model may be missing.
+/// Declares the parameters of [`evaluate`]; `model` may be empty.
 pub(super) fn declare_parameters(parameters: &Parameters) -> anyhow::Result<()> {
     let model = TrainedModel::declare_optional(parameters)?;
     Options::declare(parameters, &model)?;

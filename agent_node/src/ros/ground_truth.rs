@@ -1,5 +1,7 @@
-//! Where the robot and everything else really is: what a simulator, or a motion-capture system in
-//! its place, publishes on `odom` and `scene`. Only pictures need it; no policy ever sees it.
+//! The ground truth from the topics `odom` and `scene`: the poses of the robot, exit and obstacles.
+//!
+//! It is published by a simulator or a motion-capture system and used only for figures, never as an
+//! input to a policy.
 
 use std::time::Duration;
 
@@ -17,11 +19,11 @@ use ros_runtime::{
 use super::name_in;
 use report::escape::{Pose, Scene, Shape};
 
-/// How long to wait for the messages of an image. They are sent with it, but a scene at most every
-/// 33 ms.
-const PATIENCE: Duration = Duration::from_secs(1);
+/// Timeout for receiving the messages with the stamp of an image. The simulator publishes `odom`
+/// with each image, but `scene` at most every 33 ms.
+const TIMEOUT: Duration = Duration::from_secs(1);
 
-/// A reader of both.
+/// Subscriptions to `odom` and `scene`.
 pub struct GroundTruth<'a> {
     node: &'a Node,
     odometry: Subscription<Odometry>,
@@ -29,7 +31,11 @@ pub struct GroundTruth<'a> {
 }
 
 impl<'a> GroundTruth<'a> {
-    /// Begins to read the topics in a namespace, which is relative to the node's own.
+    /// Subscribes to the topics in `namespace`, which is relative to the namespace of `node`.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if a subscription cannot be created.
     pub fn new(node: &'a Node, namespace: &str) -> Result<GroundTruth<'a>, NodeError> {
         let name = |name: &str| name_in(namespace, name);
         Ok(GroundTruth {
@@ -39,78 +45,89 @@ impl<'a> GroundTruth<'a> {
         })
     }
 
-    /// Where the robot was, and what stood around it, when an image with that stamp was taken; `None`
-    /// if nobody says so.
-    pub fn at(&self, stamp: Time) -> Option<(Pose, Scene)> {
-        let both = async {
-            let pose = loop {
+    /// Returns the pose of the robot at the stamp of an image. Blocks until the message has arrived;
+    /// returns `None` after a timeout of 1 s or if the message is invalid.
+    pub fn pose_at(&self, stamp: Time) -> Option<Pose> {
+        let pose = async {
+            loop {
                 let (odometry, _) = self.odometry.async_take().await.ok()?;
                 if odometry.header.stamp == stamp {
-                    break pose(&odometry.pose.pose);
+                    return Some(pose(&odometry.pose.pose));
                 }
-            };
-            let scene = loop {
+            }
+        };
+        self.node.block_on(async { tokio::time::timeout(TIMEOUT, pose).await.ok().flatten() })
+    }
+
+    /// Like [`GroundTruth::pose_at`], for the scene. The simulator publishes it at most 30 times per
+    /// second, so this takes up to 33 ms.
+    pub fn scene_at(&self, stamp: Time) -> Option<Scene> {
+        let scene = async {
+            loop {
                 let (scene, _) = self.scenes.async_take().await.ok()?;
                 if scene.markers.last().is_some_and(|marker| marker.header.stamp == stamp) {
-                    break scene_of(&scene);
+                    return Some(scene_of(&scene));
                 }
-            };
-            Some((pose, scene))
+            }
         };
-        self.node.block_on(async { tokio::time::timeout(PATIENCE, both).await.ok().flatten() })
+        self.node.block_on(async { tokio::time::timeout(TIMEOUT, scene).await.ok().flatten() })
     }
 }
 
 fn pose(message: &PoseMessage) -> Pose {
-    let [x, y] = plan(message, [0.0, 0.0]);
+    let [x, y] = transform(message, [0.0, 0.0]);
     Pose { x, y, yaw: yaw(message) }
 }
 
-/// The turn about the vertical axis.
+/// Returns the rotation about the z axis, in radians.
 fn yaw(pose: &PoseMessage) -> f64 {
     let q = &pose.orientation;
     (2.0 * (q.w * q.z + q.x * q.y)).atan2(1.0 - 2.0 * (q.y * q.y + q.z * q.z))
 }
 
-/// A point of a thing's own ground plan, on the floor of the room.
-fn plan(pose: &PoseMessage, [x, y]: [f64; 2]) -> [f64; 2] {
+/// Transforms a point `[x, y]`, in metres, from the frame that `pose` defines to the frame in which
+/// `pose` is given. Only the position and yaw of the pose are used.
+fn transform(pose: &PoseMessage, [x, y]: [f64; 2]) -> [f64; 2] {
     let (sine, cosine) = yaw(pose).sin_cos();
     let position = &pose.position;
     [position.x + cosine * x - sine * y, position.y + sine * x + cosine * y]
 }
 
 fn scene_of(message: &MarkerArray) -> Scene {
-    let of = |namespace: &str| {
+    let shapes_in = |namespace: &str| {
         let markers = message.markers.iter().filter(|marker| marker.ns == namespace);
         markers.flat_map(shapes).collect()
     };
-    Scene { exit: of("exit"), obstacles: of("obstacles") }
+    Scene { exit: shapes_in("exit"), obstacles: shapes_in("obstacles") }
 }
 
-/// The ground plan of a marker, in as many pieces as it has.
+/// Returns the vertical projection of a marker onto the floor, as zero or more shapes.
 fn shapes(marker: &Marker) -> Vec<Shape> {
-    let corner = |point: [f64; 2]| plan(&marker.pose, point);
+    let project = |point: [f64; 2]| transform(&marker.pose, point);
     match marker.r#type {
         Marker::CYLINDER => {
-            vec![Shape::Circle { centre: corner([0.0, 0.0]), radius: marker.scale.x / 2.0 }]
+            vec![Shape::Circle { centre: project([0.0, 0.0]), radius: marker.scale.x / 2.0 }]
         }
         Marker::CUBE => {
             let (x, y) = (marker.scale.x / 2.0, marker.scale.y / 2.0);
             let corners = [[x, y], [-x, y], [-x, -y], [x, -y]];
-            vec![Shape::Polygon(corners.map(corner).to_vec())]
+            vec![Shape::Polygon(corners.map(project).to_vec())]
         }
         Marker::TRIANGLE_LIST => {
-            let on_the_floor = |point: &Point| corner([point.x, point.y]);
+            let project_point = |point: &Point| project([point.x, point.y]);
             let triangles = marker.points.chunks_exact(3);
-            let plans = triangles.map(|points| points.iter().map(on_the_floor).collect());
-            plans.filter(|plan: &Vec<[f64; 2]>| !is_upright(plan)).map(Shape::Polygon).collect()
+            let projected = triangles.map(|points| points.iter().map(project_point).collect());
+            projected
+                .filter(|corners: &Vec<[f64; 2]>| !is_degenerate(corners))
+                .map(Shape::Polygon)
+                .collect()
         }
         _ => Vec::new(),
     }
 }
 
-/// Whether a triangle stands on the floor like a wall, and covers nothing of it.
-fn is_upright(corners: &[[f64; 2]]) -> bool {
+/// Returns whether a projected triangle has no area, like the projection of a vertical face.
+fn is_degenerate(corners: &[[f64; 2]]) -> bool {
     let [a, b, c] = [corners[0], corners[1], corners[2]];
     let area = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
     area.abs() < 1e-9
@@ -123,7 +140,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn markers_become_their_ground_plans() {
+    fn converts_markers_to_their_floor_projections() {
         let (sine, cosine) = std::f64::consts::FRAC_PI_4.sin_cos();
         let orientation = Quaternion { x: 0.0, y: 0.0, z: sine, w: cosine };
         let position = Point { x: 1.0, y: 0.5, z: 0.1 };
@@ -143,12 +160,12 @@ mod tests {
             ..Marker::default()
         };
         let scene = scene_of(&MarkerArray { markers: vec![cube, wall] });
-        // Turned by 90 degrees: what was deep is wide.
+        // The pose is rotated by 90 degrees, which swaps width and depth.
         let Shape::Polygon(corners) = &scene.exit[0] else { panic!("{scene:?}") };
         for (corner, expected) in corners.iter().zip([[0.75, 0.6], [0.75, 0.4], [1.25, 0.4]]) {
             assert!((corner[0] - expected[0]).hypot(corner[1] - expected[1]) < 1e-12, "{corner:?}");
         }
-        // Of the concave wall, only the top has an area.
+        // Only the top face of the concave wall has a projection of nonzero area.
         let top = Shape::Polygon(vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
         assert_eq!(scene.obstacles, [top]);
     }

@@ -1,4 +1,5 @@
-//! The node: the room over DDS, what the node publishes, and its commands.
+//! The ROS side of the node: the simulator as an [`Environment`](task::Environment), and the
+//! publishers, parameters and commands `train`, `evaluate` and `drive`.
 
 mod announcer;
 mod common;
@@ -11,7 +12,7 @@ pub mod evaluate;
 mod ground_truth;
 mod parameters;
 mod parameters_of;
-mod policy_test;
+mod policy_evaluation;
 mod publishers;
 mod simulator;
 mod simulator_error;
@@ -24,8 +25,9 @@ pub use parameters_of::{NodeCommand, parameters_of};
 pub use simulator::Simulator;
 pub use simulator_error::SimulatorError;
 
-/// The name of something of a simulator's, which stands in a namespace relative to the node's own;
-/// empty for that one.
+/// Returns the name of a topic, service or node of the simulator in `namespace`. Both `namespace`
+/// and the result are relative to the namespace of this node; an empty `namespace` means the same
+/// namespace.
 fn name_in(namespace: &str, name: &str) -> String {
     match namespace {
         "" => name.to_owned(),

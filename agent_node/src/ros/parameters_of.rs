@@ -1,31 +1,32 @@
-//! The parameters of each command, told without a DDS domain.
+//! Lists the parameters of each command without joining a DDS domain.
 
 use clap::ValueEnum;
 use ros_runtime::{Arguments, Node, parameters::Declaration};
 
 use super::{drive, evaluate, train};
 
-/// What the node can be started for.
+/// A command of the node that uses DDS.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum NodeCommand {
-    /// Train, then test.
+    /// Train, then evaluate
     Train,
-    /// Test a model.
+    /// Evaluate a model
     Evaluate,
-    /// Drive a robot.
+    /// Drive a robot
     Drive,
 }
 
-/// The parameters of a command with the values that the arguments give them.
+/// Returns the parameters of `command` with the values given by `arguments`.
 ///
 /// # Errors
 ///
-/// What is wrong with the arguments.
+/// Returns an error for an invalid name, parameter file or value, for an unknown parameter, or if
+/// the parameter `model` names a directory without a trained model.
 pub fn parameters_of(
     command: NodeCommand,
     arguments: &Arguments,
 ) -> anyhow::Result<Vec<Declaration>> {
-    let parameters = Node::parameters_alone("agent_node", arguments)?;
+    let parameters = Node::parameters_only("agent_node", arguments)?;
     match command {
         NodeCommand::Train => train::declare_parameters(&parameters)?,
         NodeCommand::Evaluate => evaluate::declare_parameters(&parameters)?,

@@ -1,8 +1,9 @@
-//! The room over DDS: the services `reset` and `step` of a simulator, as an [`Environment`].
+//! An [`Environment`] that uses the services `reset` and `step` of a simulator.
 //!
-//! Messages are lost and simulators are restarted; training must not notice. A lost answer is asked
-//! for again, which the simulator recognises by its numbers; what else must be asked, and of a
-//! restarted simulator, [`Conversation`] knows.
+//! Lost messages and restarted simulators must not affect the result of training. The service
+//! client retries a request until it gets a response; the simulator recognizes a retry by its
+//! request or step number and executes the request only once. [`Conversation`] replays the episode
+//! on a restarted simulator.
 
 use std::{num::NonZeroU64, sync::Arc, time::Duration};
 
@@ -24,7 +25,7 @@ use super::{
     simulator_error::SimulatorError,
 };
 
-/// The simulator as its clients see it.
+/// A simulator, or a robot that serves `reset` and `step`, as an [`Environment`].
 pub struct Simulator<'a> {
     node: &'a Node,
     connection: Connection,
@@ -32,20 +33,22 @@ pub struct Simulator<'a> {
     conversation: Conversation,
 }
 
-/// The clients of a simulator's services.
+/// The service clients for one simulator.
 pub struct Connection {
     reset: ServiceClient<Reset>,
     step: Arc<ServiceClient<StepService>>,
+    /// The header of the latest image, shared with the announcer.
     latest: LatestHeader,
 }
 
 impl Connection {
-    /// Makes the clients of a simulator in a namespace, which is relative to the node's own, empty for
-    /// that one; and what publishes the decisions that are sent to it.
+    /// Creates the service clients for the simulator in `namespace`, and the announcer that
+    /// publishes the agent's decisions for this simulator. `namespace` is relative to the namespace
+    /// of this node; an empty `namespace` means the same namespace.
     ///
     /// # Errors
     ///
-    /// A client or a publisher cannot be made.
+    /// Returns an error if a client or a publisher cannot be created.
     pub fn new(node: &mut Node, namespace: &str) -> Result<(Connection, Announcer), NodeError> {
         let step = Arc::new(node.create_client::<StepService>(&name_in(namespace, "step"))?);
         let latencies = step.latencies().clone();
@@ -58,12 +61,13 @@ impl Connection {
 }
 
 impl<'a> Simulator<'a> {
-    /// Waits until the simulator is there; it must answer each call within the deadline, if there
-    /// is one.
+    /// Waits until the services of the simulator are available. `deadline` is the timeout of this
+    /// wait and of each later call; `None` means no timeout.
     ///
     /// # Errors
     ///
-    /// There is no simulator within the deadline, or the node shuts down.
+    /// Returns [`SimulatorError::Unreachable`] after the timeout, and [`SimulatorError::Shutdown`]
+    /// if the node shuts down.
     pub fn connect(
         node: &'a Node,
         connection: Connection,
@@ -71,39 +75,40 @@ impl<'a> Simulator<'a> {
     ) -> Result<Simulator<'a>, SimulatorError> {
         node.block_on(connection.reset.wait_until_ready(deadline))?;
         node.block_on(connection.step.wait_until_ready(deadline))?;
-        let simulators = connection.reset.servers();
-        if simulators > 1 {
+        let servers = connection.reset.servers();
+        if servers > 1 {
             let service = connection.reset.name();
             warn!(
-                "{simulators} nodes serve {service}: two trainings need a ROS_DOMAIN_ID or a namespace \
-                 each"
+                "{servers} nodes serve {service}: give each agent-simulator pair its own \
+                 ROS_DOMAIN_ID or namespace"
             );
         }
         let conversation = Conversation::new(rand::rng().random());
         Ok(Simulator { node, connection, deadline, conversation })
     }
 
-    /// The node that speaks with the simulator.
+    /// Returns the node that the service clients belong to.
     pub fn node(&self) -> &'a Node {
         self.node
     }
 
-    /// The stamp of what was seen last; 0 before the first image.
+    /// Returns the stamp of the latest image; 0 before the first image.
     pub fn stamp(&self) -> Time {
         self.conversation.header().map_or_else(Time::default, |header| header.stamp)
     }
 
-    /// Lets the announcer know which image was seen last.
-    fn note_header(&self) {
+    /// Shares the header of the latest image with the announcer.
+    fn share_header(&self) {
         let mut latest = self.connection.latest.lock();
         match (self.conversation.header(), &mut *latest) {
-            // Without an allocation at each step.
+            // Reuses the buffer of the frame name instead of allocating at each step.
             (Some(header), Some(latest)) => latest.clone_from(header),
             (header, latest) => *latest = header.cloned(),
         }
     }
 
-    fn answer<S: RosService>(
+    /// Waits for the response to a call.
+    fn response<S: RosService>(
         &self,
         client: &ServiceClient<S>,
         call: Call<S>,
@@ -127,9 +132,9 @@ impl Environment for Simulator<'_> {
     }
 
     fn finish_reset(&mut self, pending: Call<Reset>) -> Result<Image, SimulatorError> {
-        let answer = self.answer(&self.connection.reset, pending)?;
-        let image = self.conversation.begun(answer)?;
-        self.note_header();
+        let response = self.response(&self.connection.reset, pending)?;
+        let image = self.conversation.begun(response)?;
+        self.share_header();
         Ok(image)
     }
 
@@ -138,21 +143,21 @@ impl Environment for Simulator<'_> {
         Ok(self.connection.step.send(request))
     }
 
-    /// Returns the completed step, after repeating the episode if the simulator was restarted.
+    /// Returns the result of the step. If the simulator was restarted, replays the episode first.
     fn finish_step(&mut self, pending: Call<StepService>) -> Result<Step, SimulatorError> {
         let mut pending = pending;
         loop {
-            let answer = self.answer(&self.connection.step, pending)?;
-            let request = match self.conversation.stepped(answer)? {
+            let response = self.response(&self.connection.step, pending)?;
+            let request = match self.conversation.stepped(response)? {
                 AfterStep::Done(step) => {
-                    self.note_header();
+                    self.share_header();
                     return Ok(step);
                 }
                 AfterStep::Step(request) => request,
                 AfterStep::Reset(request) => {
                     let call = self.connection.reset.send(request);
-                    let answer = self.answer(&self.connection.reset, call)?;
-                    self.conversation.repeated(answer)?
+                    let response = self.response(&self.connection.reset, call)?;
+                    self.conversation.repeated(response)?
                 }
             };
             pending = self.connection.step.send(request);

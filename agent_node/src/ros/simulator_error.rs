@@ -1,4 +1,4 @@
-//! Why a simulator does not do what is asked of it.
+//! The error of [`Simulator`](super::Simulator).
 
 use std::num::NonZeroU64;
 
@@ -7,39 +7,39 @@ use thiserror::Error;
 
 use crate::background::ThreadEnded;
 
-/// Why a simulator does not do what is asked of it.
+/// The error for a failed reset or step over DDS, or for an invalid image.
 #[derive(Debug, Error)]
 pub enum SimulatorError {
-    /// The program ends.
+    /// The node is shutting down.
     #[error("the node is shutting down")]
     Shutdown,
-    /// Another client has reset the simulator.
-    #[error("another client has taken over the simulator: {0}")]
+    /// Another client has reset the environment or controls the robot through `/action`.
+    #[error("another client has taken over the environment: {0}")]
     TakenOver(String),
-    /// The simulator refuses what it is asked.
-    #[error("the simulator refuses: {0}")]
+    /// The environment refused the request, with this status and message.
+    #[error("the environment refused the request: {0}")]
     Refused(String),
-    /// The simulator cannot be reached.
+    /// The service call failed, for example after a timeout.
     #[error(transparent)]
     Unreachable(CallError),
-    /// What came back is no image of the camera.
-    #[error("the simulator sent {0}")]
+    /// The image is not a 20 x 7 image with the encoding `rgb8`.
+    #[error("{0}")]
     BadImage(String),
-    /// There is no episode to take a step in.
-    #[error("no episode has begun: a reset has to come before a step")]
+    /// A step was requested before an episode had begun.
+    #[error("no episode has begun: call reset before step")]
     NoEpisode,
-    /// After a restart the room is not what it was.
+    /// A restarted environment returned a different image when the episode was replayed.
     #[error(
-        "the simulator does not repeat itself: step {step} of the episode with seed {seed} shows \
-         another image than before; was it started with other parameters?"
+        "the environment is not reproducible: step {step} of the episode with seed {seed} returned \
+         a different image than before the restart (was it restarted with other parameters?)"
     )]
-    NotRepeatable {
-        /// The step, 0 for the reset.
+    NotReproducible {
+        /// The number of the step, from 1; 0 for the reset.
         step: usize,
-        /// The episode's seed.
+        /// The seed of the episode.
         seed: NonZeroU64,
     },
-    /// The thread that speaks with the simulator is gone.
+    /// The thread that runs the environment has ended.
     #[error(transparent)]
     ThreadEnded(#[from] ThreadEnded),
 }

@@ -1,4 +1,4 @@
-//! `agent_node train`.
+//! `agent_node train`: trains over DDS, then evaluates the policy.
 
 use std::{collections::BTreeMap, path::Path};
 
@@ -10,38 +10,43 @@ use learning::{
     training::{Plan, Training, TrainingError},
 };
 use log::info;
-use report::{CaptionedFrame, EscapeFigures, Report, RunFacts, TensorBoard};
+use report::{CaptionedFrame, EscapeFigures, Report, RunSummary, TensorBoard};
 use ros_runtime::{Arguments, Node, node::reliable, parameters::Parameters};
-use task::FewestSteps;
+use task::ShortestPaths;
 
 use super::{
-    common::{Common, CommonParameters, LARGEST_SEED, TestParameters},
+    common::{Common, CommonParameters, EvaluationParameters, LARGEST_SEED},
     console::Console,
     diagnostics::LearnerState,
     escapes,
     parameters::{Defaults, count, declare, model_settings, scenario, training_settings},
-    policy_test::{PolicyTest, read_fewest_steps},
+    policy_evaluation::{PolicyEvaluation, read_shortest_paths},
     simulator::{Connection, Simulator},
     simulator_error::SimulatorError,
     training_listener::TrainingListener,
 };
 use crate::background::Background;
 
-/// Each has a record in memory, of 48 bytes, and a row in episodes.csv, which every checkpoint writes.
-const MOST_EPISODES: u64 = 1_000_000;
-/// More would be more participants than a DDS domain takes on one machine.
-const MOST_SIMULATORS: u64 = 64;
+/// The maximum of the parameter `episodes`. Each episode takes 48 bytes of memory and a row in
+/// episodes.csv, which is rewritten with every checkpoint.
+const MAX_EPISODES: u64 = 1_000_000;
+/// The maximum of the parameter `simulators`. Each simulator is a DDS participant, and the port
+/// numbers of a domain allow 120 participants on one machine.
+const MAX_SIMULATORS: u64 = 64;
 
-/// Trains over DDS, then tests, and leaves everything in the directory `out`.
+/// Trains over DDS, then evaluates the policy. Writes all files of the run to the directory given
+/// by the parameter `out`.
 ///
-/// `oracle` is a file of the fewest possible steps of the test's episodes, if there is one.
+/// `oracle` is a file with the output of `sim_node oracle` for the evaluation episodes: the lengths
+/// of the full-knowledge shortest paths, which are the baseline for `optimality_ratio`.
 ///
 /// # Errors
 ///
-/// Arguments, parameters or files are wrong, a simulator cannot be used, or the training diverges.
-/// What has been learned is saved all the same.
+/// Returns an error if arguments, parameters or files are invalid, if a file cannot be written, if
+/// an environment fails, or if training diverges. Progress up to the error is saved unless training
+/// diverged; in that case, the last checkpoint is kept.
 pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()> {
-    let fewest = oracle.map(read_fewest_steps).transpose()?;
+    let shortest = oracle.map(read_shortest_paths).transpose()?;
     let mut node = Node::new("agent_node", arguments, evac_msgs::DEFINITIONS)?;
     let options = Options::declare(node.parameters())?;
     let namespaces = options.namespaces();
@@ -51,7 +56,8 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
 
     let preset = options.preset;
     let (directory, mut training) = options.begin()?;
-    // Under the nodes' default names, also if they are remapped.
+    // The default node names are used even if the nodes are remapped, because `Defaults::of_model`
+    // and `--params-file` look up the parameters by these names.
     let mut config = BTreeMap::from([("agent_node".to_owned(), node.parameters().values())]);
     directory.write_config(&config)?;
 
@@ -60,16 +66,18 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
     let connections = connections.collect::<Result<Vec<_>, _>>()?;
     let (connections, announcers): (Vec<_>, Vec<_>) = connections.into_iter().unzip();
     listener.announcers = announcers;
-    node.tell_ready();
-    let mut rooms = Vec::new();
+    node.notify_ready();
+    let mut environments = Vec::new();
     for connection in connections {
         match common.connect(&node, connection)? {
-            Some(room) => rooms.push(room),
+            Some(environment) => environments.push(environment),
             None => return Ok(()),
         }
     }
-    let outcome = run(&mut training, &mut rooms, &mut listener);
-    let TrainingListener { announcers, .. } = listener;
+    let outcome = run(&mut training, &mut environments, &mut listener);
+    let TrainingListener { announcers, saver, .. } = listener;
+    // Waits until the checkpoint that is being written is complete: `save` writes the same files.
+    drop(saver);
     if !save(outcome, &training, &directory, &options.out)? {
         return Ok(());
     }
@@ -78,34 +86,36 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
     directory.write_config(&config)?;
     let mut summary = summary(&training, preset);
     directory.write_json("summary.json", &summary)?;
-    let mut pictures = Pictures::default();
-    if options.test.episodes > 0 {
-        let test = PolicyTest {
-            plan: options.test.plan(&training.plan.scenario),
-            policy: training.policy()?,
-            room: &mut rooms[0],
+    let mut images = EvaluationImages::default();
+    if options.evaluation.episodes > 0 {
+        let evaluation = PolicyEvaluation {
+            plan: options.evaluation.plan(&training.plan.scenario),
+            policy: training.policy(),
+            environment: &mut environments[0],
             announcer: &announcers[0],
         };
-        let show = (namespaces[0].as_str(), &common, &directory);
-        let Some(tested) = test_and_draw(test, fewest.as_ref(), show, &mut summary)? else {
-            info!("stopped before the end of the test; the training is complete");
+        let (shortest, namespace) = (shortest.as_ref(), &namespaces[0]);
+        let drawn =
+            evaluate_and_draw(evaluation, shortest, namespace, &common, &directory, &mut summary)?;
+        let Some(drawn) = drawn else {
+            info!("evaluation interrupted; training is complete and saved");
             return Ok(());
         };
-        pictures = tested;
+        images = drawn;
     }
-    write_report(&training, &summary, &pictures, &directory)?;
-    info!("everything is in {}", options.out);
+    write_report(&training, &summary, &images, &directory)?;
+    info!("results written to {}", options.out);
     Ok(())
 }
 
-/// Declares what [`train`] declares.
+/// Declares the parameters of [`train`].
 pub(super) fn declare_parameters(parameters: &Parameters) -> anyhow::Result<()> {
     let options = Options::declare(parameters)?;
     CommonParameters::declare(parameters, &options.namespaces()[0])?;
     Ok(())
 }
 
-/// The parameters of a training.
+/// The parameters of `train`.
 struct Options {
     preset: Preset,
     settings: Settings,
@@ -113,7 +123,7 @@ struct Options {
     out: String,
     resume: bool,
     checkpoint_interval: u32,
-    test: TestParameters,
+    evaluation: EvaluationParameters,
 }
 
 impl Options {
@@ -124,8 +134,9 @@ impl Options {
             parameters,
             "simulators",
             1,
-            1..=MOST_SIMULATORS,
-            "how many simulators to learn in at once; several stand in the namespaces sim0, sim1, ...",
+            1..=MAX_SIMULATORS,
+            "number of environments in which the agent trains concurrently; if there are several, \
+             they must be in the namespaces sim0, sim1, ...",
         )? as usize;
         let plan = Plan {
             scenario: scenario(parameters, &Defaults::default())?,
@@ -133,51 +144,81 @@ impl Options {
                 parameters,
                 "episodes",
                 preset.episodes().into(),
-                1..=MOST_EPISODES,
-                "training episodes",
+                1..=MAX_EPISODES,
+                "e_total in eq. 4: number of training episodes",
             )? as u32,
-            seed: count(parameters, "seed", 0, 0..=LARGEST_SEED, "the run is a function of it")?,
+            seed: count(
+                parameters,
+                "seed",
+                0,
+                0..=LARGEST_SEED,
+                "random seed of the training run; the same seed and parameters give bit-identical \
+                 episodes and weights",
+            )?,
             rooms: simulators,
         };
         let default_out = format!("runs/{}-{preset}-seed{}", plan.scenario, plan.seed);
-        let out = declare(parameters, "out", default_out, "the directory of the run's files")?;
-        let resume = declare(parameters, "resume", false, "go on from the checkpoint in out")?;
+        let out = declare(
+            parameters,
+            "out",
+            default_out,
+            "output directory of the run; unless resume is set, an earlier run in this directory \
+             is kept under the same name with a number appended",
+        )?;
+        let resume = declare(
+            parameters,
+            "resume",
+            false,
+            "continue from the checkpoint in out; scenario, episodes, seed, simulators and the \
+             hyperparameters must match those of the interrupted run",
+        )?;
+        let checkpoints = [RunDirectory::CHECKPOINT, RunDirectory::PREVIOUS_CHECKPOINT];
+        if resume && !checkpoints.iter().any(|name| Path::new(&out).join(name).exists()) {
+            anyhow::bail!(
+                "parameter 'resume' is true, but there is no {} in {out} (expected: the directory of \
+                 an interrupted training run)",
+                RunDirectory::CHECKPOINT
+            );
+        }
         let checkpoint_interval = count(
             parameters,
             "checkpoint_interval",
             100,
             1..=10_000_000,
-            "episodes between two checkpoints; one is also saved at the end and on Ctrl-C",
+            "number of episodes between checkpoints; a checkpoint is also saved at the end, on \
+             Ctrl-C and after an error, unless training diverged",
         )? as u32;
-        let test =
-            TestParameters::declare(parameters, "evaluation_episodes", "evaluation_seed", 0)?;
-        Ok(Options { preset, settings, plan, out, resume, checkpoint_interval, test })
+        let evaluation =
+            EvaluationParameters::declare(parameters, "evaluation_episodes", "evaluation_seed", 0)?;
+        Ok(Options { preset, settings, plan, out, resume, checkpoint_interval, evaluation })
     }
 
-    /// Where the simulators stand, relative to the node.
+    /// Returns the namespaces of the simulators, relative to the node's namespace.
     fn namespaces(&self) -> Vec<String> {
         match self.plan.rooms {
             1 => vec![String::new()],
-            rooms => (0..rooms).map(|index| format!("sim{index}")).collect(),
+            simulators => (0..simulators).map(|index| format!("sim{index}")).collect(),
         }
     }
 
-    /// The directory of the run, and the training: a new one, or that of the last checkpoint.
+    /// Returns the run directory and the training state: a new state or, with `resume`, the state
+    /// in the last checkpoint.
     fn begin(&self) -> anyhow::Result<(RunDirectory, Training)> {
         let out = Path::new(&self.out);
         if self.resume {
             let directory = RunDirectory::open(out)?;
             let training = saver::load(&directory, &self.plan, &self.settings)?;
-            info!("going on with episode {} of {}", training.episode(), training.plan.episodes);
+            info!("resuming after {} of {} episodes", training.episode(), training.plan.episodes);
             return Ok((directory, training));
         }
-        let (directory, kept) = RunDirectory::create(out)?;
-        if let Some(kept) = kept {
-            info!("the earlier run in {} is now {}", out.display(), kept.display());
+        let (directory, moved) = RunDirectory::create(out)?;
+        if let Some(moved) = moved {
+            info!("moved the earlier run from {} to {}", out.display(), moved.display());
         }
         Ok((directory, Training::new(self.plan.clone(), self.settings.clone())?))
     }
 
+    /// Creates the listener, without announcers.
     fn listener(
         &self,
         node: &mut Node,
@@ -193,28 +234,30 @@ impl Options {
             clock: node.clock().clone(),
             state: LearnerState::reported_by(node.diagnostics()),
             checkpoint_interval: self.checkpoint_interval,
-            done: training.episode(),
+            reported_episodes: training.episode(),
         })
     }
 }
 
-/// Learns in these rooms, the only one of them on a thread of its own.
+/// Trains in the environments.
 fn run(
     training: &mut Training,
-    rooms: &mut [Simulator],
+    environments: &mut [Simulator],
     listener: &mut TrainingListener,
 ) -> Result<(), TrainingError<SimulatorError>> {
-    match rooms {
-        [room] => std::thread::scope(|scope| {
-            let room = Background::start(scope, room).context("no thread for the room")?;
-            training.run(&mut [room], listener)
+    match environments {
+        [environment] => std::thread::scope(|scope| {
+            let environment = Background::start(scope, environment)
+                .context("cannot start the environment thread")?;
+            training.run(&mut [environment], listener)
         }),
-        // With several there is enough to do while each of them works.
-        rooms => training.run(rooms, listener),
+        // With several environments, a request to one overlaps with work on the others.
+        environments => training.run(environments, listener),
     }
 }
 
-/// Saves the training, also after an error. Returns whether it is complete.
+/// Saves the training state, even after an error, unless training diverged. Returns whether
+/// training is complete: `false` after a shutdown.
 fn save(
     outcome: Result<(), TrainingError<SimulatorError>>,
     training: &Training,
@@ -230,20 +273,21 @@ fn save(
         Err(TrainingError::Environment(SimulatorError::Shutdown)) => {
             saver::write(training, directory)?;
             info!(
-                "stopped in episode {episode}, saved in {out}: the same command with --resume goes on"
+                "training stopped after {episode} episodes, saved in {out}; run the same command with \
+                 --resume to continue"
             );
             Ok(false)
         }
-        // What cannot be computed any further is no state to go on from.
+        // Diverged weights must not replace the last good checkpoint.
         Err(error @ TrainingError::Diverged { .. }) => Err(error).context(format!(
-            "stopped in episode {episode}; the checkpoint in {out} is that of before"
+            "training stopped after {episode} episodes; {out} keeps the last checkpoint"
         )),
         Err(error) => {
             let saved = match saver::write(training, directory) {
                 Ok(()) => format!("saved in {out}"),
-                Err(reason) => format!("and could not be saved: {reason:#}"),
+                Err(reason) => format!("not saved ({reason:#})"),
             };
-            Err(error).context(format!("stopped in episode {episode}, {saved}"))
+            Err(error).context(format!("training stopped after {episode} episodes, {saved}"))
         }
     }
 }
@@ -262,34 +306,37 @@ fn summary(training: &Training, preset: Preset) -> Summary {
     }
 }
 
-/// What a test shows in the report.
+/// The evaluation images for the report.
 #[derive(Default)]
-struct Pictures {
+struct EvaluationImages {
     frames: Vec<CaptionedFrame>,
     escapes: Option<EscapeFigures>,
 }
 
-/// Tests the policy and writes what comes of it; `None` if the node shut down before its end. What it
-/// shows is that of a simulator's namespace.
-fn test_and_draw(
-    mut test: PolicyTest,
-    fewest: Option<&FewestSteps>,
-    (namespace, common, directory): (&str, &Common, &RunDirectory),
+/// Evaluates the policy, adds the result to `summary.json` and draws the figures. Returns `None` if
+/// the node shuts down before the evaluation ends. `namespace` is the simulator's namespace.
+fn evaluate_and_draw(
+    mut evaluation: PolicyEvaluation,
+    shortest: Option<&ShortestPaths>,
+    namespace: &str,
+    common: &Common,
+    directory: &RunDirectory,
     summary: &mut Summary,
-) -> anyhow::Result<Option<Pictures>> {
-    let Some(tested) = test.run(fewest)? else {
+) -> anyhow::Result<Option<EvaluationImages>> {
+    let Some(evaluated) = evaluation.run(shortest)? else {
         return Ok(None);
     };
-    summary.evaluation = Some(tested.evaluation);
+    summary.evaluation = Some(evaluated.evaluation);
     directory.write_json("summary.json", &summary)?;
-    let escapes = escapes::draw(&mut test, namespace, common, directory)?;
-    Ok(Some(Pictures { frames: tested.frames, escapes }))
+    let escapes = escapes::draw(&mut evaluation, namespace, common, directory)?;
+    Ok(Some(EvaluationImages { frames: evaluated.frames, escapes }))
 }
 
+/// Writes `report.html` and, if there are enough episodes, the learning curve as an SVG file.
 fn write_report(
     training: &Training,
     summary: &Summary,
-    pictures: &Pictures,
+    images: &EvaluationImages,
     directory: &RunDirectory,
 ) -> anyhow::Result<()> {
     let records: Vec<_> = training.progress.records.iter().cloned().collect();
@@ -297,8 +344,8 @@ fn write_report(
         run: facts(summary),
         records: &records,
         evaluation: summary.evaluation.as_ref(),
-        frames: &pictures.frames,
-        escapes: pictures.escapes.as_ref(),
+        frames: &images.frames,
+        escapes: images.escapes.as_ref(),
     };
     if let Some(curve) = report.learning_curve()? {
         let figures = RunDirectory::open(&directory.file("figures"))?;
@@ -307,8 +354,8 @@ fn write_report(
     Ok(directory.write("report.html", report.to_html()?.as_bytes())?)
 }
 
-fn facts(summary: &Summary) -> RunFacts<'_> {
-    RunFacts {
+fn facts(summary: &Summary) -> RunSummary<'_> {
+    RunSummary {
         scenario: &summary.scenario,
         preset: &summary.preset,
         seed: summary.seed,

@@ -1,4 +1,5 @@
-//! What happens beside a training: it is shown, published and saved.
+//! Reports training progress to the console, topics, diagnostics and TensorBoard, and saves
+//! checkpoints.
 
 use evac_msgs::TrainingStatus;
 use learning::{
@@ -15,40 +16,42 @@ use super::{
     announcer::Announcer, console::Console, diagnostics::LearnerState, publishers::publish_status,
 };
 
-/// Hears of the decisions and episodes of a training.
+/// The [`Listener`] of `agent_node train`.
 pub(super) struct TrainingListener {
     pub(super) console: Console,
-    /// One for each room.
+    /// One announcer per environment, in the order of the environments.
     pub(super) announcers: Vec<Announcer>,
-    /// None once it cannot be written.
+    /// `None` after a write error, which disables TensorBoard logging.
     pub(super) board: Option<TensorBoard>,
     pub(super) saver: Saver,
     pub(super) statuses: Publisher<TrainingStatus>,
     pub(super) clock: Clock,
     pub(super) state: LearnerState,
     pub(super) checkpoint_interval: u32,
-    /// Episodes that were told of.
-    pub(super) done: u32,
+    /// Number of reported episodes, including those before a resume. `Training::episode` may be
+    /// ahead, because several environments can finish episodes in the same step.
+    pub(super) reported_episodes: u32,
 }
 
 impl Listener for TrainingListener {
-    fn decision(&mut self, room: usize, decision: &Decision) {
-        self.announcers[room].announce(decision);
+    fn decision(&mut self, environment: usize, decision: &Decision) {
+        self.announcers[environment].announce(decision);
     }
 
     fn episode(&mut self, training: &Training, record: &EpisodeRecord) -> anyhow::Result<()> {
         if let Some(board) = &mut self.board
             && let Err(error) = board.record(record, training.progress.total_steps)
         {
-            warn!("{:#}: the training goes on without", anyhow::Error::from(error));
+            warn!("TensorBoard logging is disabled: {:#}", anyhow::Error::from(error));
             self.board = None;
         }
         publish_status(&self.statuses, &self.clock, training, record);
         self.state.update(training);
         self.console.training_episode(training);
-        self.done += 1;
-        let done = self.done;
-        if done.is_multiple_of(self.checkpoint_interval) && done < training.plan.episodes {
+        self.reported_episodes += 1;
+        let reported = self.reported_episodes;
+        // The caller of `Training::run` saves the last checkpoint.
+        if reported.is_multiple_of(self.checkpoint_interval) && reported < training.plan.episodes {
             self.saver.save(training)?;
         }
         Ok(())

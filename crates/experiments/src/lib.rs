@@ -1,17 +1,20 @@
-//! What tests and measurements share: the room in this process, the real nodes as processes, and bad
-//! networks between them. The programs of this package measure: `benchmark`, `ablation`, `reproduction`
-//! and `soak`; `evac` starts them.
+//! The harness that the integration tests and the measurement programs share: an environment in
+//! this process ([`Room`]), the real nodes as child processes ([`Nodes`]), and an emulated
+//! unreliable network between them ([`network`]).
+//!
+//! The programs of this package are `benchmark`, `ablation`, `reproduction` and `soak`; `evac` runs
+//! them as `evac bench`, `evac ablation`, `evac reproduce` and `evac soak`.
 
 pub mod network;
 mod nodes;
+mod null_listener;
 mod outcome;
 pub mod reproduction;
 mod room;
 mod section;
-mod silent;
 
-pub use nodes::{Nodes, PATIENCE, binary, repository};
+pub use nodes::{Nodes, TIMEOUT, binary, repository};
+pub use null_listener::NullListener;
 pub use outcome::Outcome;
 pub use room::{Room, RoomError};
 pub use section::replace_section;
-pub use silent::Silent;

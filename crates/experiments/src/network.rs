@@ -1,7 +1,8 @@
-//! Two hosts and a bad network between them, all on this machine: two network namespaces, a TAP
-//! device in each, and a relay between the two that loses, repeats, delays and reorders frames.
+//! An emulated unreliable network between two hosts on this machine: two network namespaces with a
+//! TAP device each, and a relay between the devices that loses, duplicates, delays and reorders
+//! frames.
 //!
-//! It takes root and Linux; no packet of it leaves the two namespaces.
+//! Needs root and Linux. No packet leaves the two namespaces.
 
 use std::{
     cmp::Reverse,
@@ -24,32 +25,34 @@ use rand_chacha::ChaCha8Rng;
 use rustix::thread::{LinkNameSpaceType, move_into_link_name_space};
 use tun_rs::{DeviceBuilder, Layer, SyncDevice};
 
-/// A frame of Ethernet without its checksum, and with room to spare.
-const LONGEST_FRAME: usize = 2048;
+/// Buffer size for an Ethernet frame without its checksum, in bytes; larger than the MTU of 1500.
+const BUFFER_SIZE: usize = 2048;
 
-/// What the network does to a frame; each chance is for every frame anew.
+/// The faults that the network injects. Duplication is drawn independently for each frame; loss and
+/// delay are drawn independently for each copy of a frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Faults {
-    /// The chance that it is lost.
+    /// Probability that a copy of a frame is lost, from 0 to 1.
     pub loss: f64,
-    /// The chance that it comes twice.
+    /// Probability that a frame is duplicated, from 0 to 1.
     pub repetition: f64,
-    /// The longest delay; each frame has its own, so they overtake each other.
+    /// Maximum delay of a copy. Delays are uniformly distributed from zero to this value, so frames
+    /// can arrive out of order.
     pub delay: Duration,
 }
 
-/// What has become of the frames so far, in both directions.
+/// Frame counts, summed over both directions.
 #[derive(Clone, Copy, Debug)]
 pub struct Traffic {
-    /// Frames that were sent.
+    /// Frames sent.
     pub frames: u64,
-    /// Those of them that did not arrive, not once, because of the losses or of a cut.
+    /// Frames of which no copy was delivered, because of loss or a cut.
     pub lost: u64,
-    /// Those that arrived twice.
+    /// Frames that were delivered twice.
     pub repeated: u64,
 }
 
-/// [`Traffic`] as it is counted.
+/// The live counters behind [`Traffic`].
 #[derive(Debug, Default)]
 struct Counters {
     frames: AtomicU64,
@@ -57,28 +60,29 @@ struct Counters {
     repeated: AtomicU64,
 }
 
-/// One of the hosts.
+/// A host of the network: a network namespace, which is removed when this value is dropped.
 pub struct Host {
-    /// Holds the namespace.
+    /// The process that keeps the namespace alive.
     holder: Child,
 }
 
-/// A way to a [`Host`] for a thread of this process.
+/// A handle to the network namespace of a [`Host`], which a thread of this process can enter.
 pub struct Door(File);
 
 impl Door {
-    /// Takes this thread to the host: its sockets from now on, and the threads that it starts.
+    /// Moves the calling thread to the host. Sockets that the thread opens and threads that it
+    /// starts from now on belong to the host.
     ///
     /// # Errors
     ///
-    /// If this process may not.
+    /// Returns an error if this process lacks the required permission.
     pub fn enter(&self) -> anyhow::Result<()> {
         let kind = Some(LinkNameSpaceType::Network);
         Ok(move_into_link_name_space(self.0.as_fd(), kind)?)
     }
 }
 
-/// The hosts and the relay, which end with this value.
+/// Two hosts and the relay between them. They are removed when this value is dropped.
 pub struct Network {
     hosts: [Host; 2],
     is_cut: Arc<AtomicBool>,
@@ -86,11 +90,13 @@ pub struct Network {
 }
 
 impl Network {
-    /// Two hosts that hear each other as the faults allow; the same seed, the same faults.
+    /// Creates two hosts that are connected through a network with these faults. `seed` determines
+    /// which frames are affected.
     ///
     /// # Errors
     ///
-    /// If this process may not, or the machine has no such devices.
+    /// Returns an error if this process lacks the required permission, or if the machine does not
+    /// support TAP devices.
     pub fn new(faults: Faults, seed: u64) -> anyhow::Result<Network> {
         let hosts = [Host::new()?, Host::new()?];
         let is_cut = Arc::new(AtomicBool::new(false));
@@ -109,39 +115,43 @@ impl Network {
         Ok(Network { hosts, is_cut, counters })
     }
 
-    /// Whether this machine and this process can have such a network; if not, what is missing.
-    pub fn is_possible() -> Result<(), String> {
-        let is_there = |program: &str| {
+    /// Checks that this process can create such a network on this machine.
+    ///
+    /// # Errors
+    ///
+    /// Returns a description of the first requirement that is not met.
+    pub fn check_requirements() -> Result<(), String> {
+        let is_installed = |program: &str| {
             let run = Command::new(program).arg("--version").stdout(Stdio::null()).status();
             run.is_ok_and(|status| status.success())
         };
         if !std::path::Path::new("/dev/net/tun").exists() {
-            return Err("there is no /dev/net/tun".into());
+            return Err("/dev/net/tun not found: load the kernel module tun".into());
         }
-        if !is_there("unshare") || !is_there("nsenter") {
-            return Err("there is no util-linux".into());
+        if !is_installed("unshare") || !is_installed("nsenter") {
+            return Err("unshare or nsenter not found: install util-linux".into());
         }
         if Command::new("ip").arg("-V").stdout(Stdio::null()).status().is_err() {
-            return Err("there is no iproute2".into());
+            return Err("ip not found: install iproute2".into());
         }
-        let apart = Command::new("unshare").args(["--net", "true"]).stderr(Stdio::null()).status();
-        match apart.is_ok_and(|status| status.success()) {
+        let probe = Command::new("unshare").args(["--net", "true"]).stderr(Stdio::null()).status();
+        match probe.is_ok_and(|status| status.success()) {
             true => Ok(()),
-            false => Err("this process may not make network namespaces: it is not root's".into()),
+            false => Err("no permission to create network namespaces: run as root".into()),
         }
     }
 
-    /// The hosts.
+    /// Returns both hosts.
     pub fn hosts(&self) -> &[Host; 2] {
         &self.hosts
     }
 
-    /// Cuts the network, or mends it.
-    pub fn set_cut(&self, is_cut: bool) {
+    /// Cuts the network (`true`), which then drops every frame, or restores it (`false`).
+    pub fn set_partitioned(&self, is_cut: bool) {
         self.is_cut.store(is_cut, Ordering::Relaxed);
     }
 
-    /// What has become of the frames so far.
+    /// Returns the frame counts so far.
     pub fn traffic(&self) -> Traffic {
         let Counters { frames, lost, repeated } = &*self.counters;
         let number = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
@@ -151,15 +161,15 @@ impl Network {
 
 impl Host {
     fn new() -> anyhow::Result<Host> {
-        // It ends with this process, or in any case some day.
+        // The child is killed on drop. If this process crashes, sleep ends after two hours.
         let mut command = Command::new("unshare");
         command.args(["--net", "--kill-child", "sleep", "7200"]).stdin(Stdio::null());
-        let holder = command.spawn().context("unshare (Debian: util-linux) does not run")?;
+        let holder = command.spawn().context("cannot run unshare (Debian: util-linux)")?;
         let host = Host { holder };
-        // unshare has made the namespace once it runs the other program.
+        // unshare creates the namespace shortly after it starts.
         let end = Instant::now() + Duration::from_secs(10);
-        while !host.is_apart()? {
-            ensure!(Instant::now() < end, "there is no network namespace: are we root?");
+        while !host.has_own_namespace()? {
+            ensure!(Instant::now() < end, "unshare created no network namespace: run as root");
             thread::sleep(Duration::from_millis(5));
         }
         host.run(&["ip", "link", "set", "lo", "up"])?;
@@ -170,20 +180,20 @@ impl Host {
         format!("/proc/{}/ns/net", self.holder.id())
     }
 
-    /// What takes a thread of this process to this host.
+    /// Returns a handle with which a thread of this process can enter the host.
     ///
     /// # Errors
     ///
-    /// If the host is gone.
+    /// Returns an error if the process that holds the namespace has exited.
     pub fn door(&self) -> anyhow::Result<Door> {
         Ok(Door(File::open(self.namespace())?))
     }
 
-    fn is_apart(&self) -> anyhow::Result<bool> {
+    fn has_own_namespace(&self) -> anyhow::Result<bool> {
         Ok(std::fs::read_link(self.namespace())? != std::fs::read_link("/proc/self/ns/net")?)
     }
 
-    /// A command that runs on this host.
+    /// Returns a command that runs a program on this host.
     pub fn command(&self, program: impl AsRef<std::ffi::OsStr>) -> Command {
         let mut command = Command::new("nsenter");
         command.arg(format!("--net={}", self.namespace())).arg("--").arg(program);
@@ -194,11 +204,12 @@ impl Host {
         run(self.command(command[0]).args(&command[1..]))
     }
 
-    /// Gives the host its place in the network.
+    /// Creates the host's TAP device with the address 10.77.0.`number`. The device is opened in the
+    /// namespace of this process, for the relay, and then moved to the host.
     fn attach(&self, number: u8) -> anyhow::Result<Arc<SyncDevice>> {
         let name = format!("evac{}", self.holder.id());
         let device = DeviceBuilder::new().name(&name).layer(Layer::L2).build_sync();
-        let device = device.context("there is no TAP device")?;
+        let device = device.with_context(|| format!("cannot create the TAP device {name}"))?;
         run(Command::new("ip").args([
             "link",
             "set",
@@ -221,13 +232,15 @@ impl Drop for Host {
 }
 
 fn run(command: &mut Command) -> anyhow::Result<()> {
-    let output = command.stdin(Stdio::null()).output().context("there is no iproute2")?;
+    let output = command.stdin(Stdio::null()).output();
+    let output = output.context("cannot run ip or nsenter (Debian: iproute2, util-linux)")?;
     let error = String::from_utf8_lossy(&output.stderr);
-    ensure!(output.status.success(), "{command:?} ended with {}: {error}", output.status);
+    ensure!(output.status.success(), "{command:?} failed ({}): {error}", output.status);
     Ok(())
 }
 
-/// When a frame is sent on, its number among all of its direction, and its bytes.
+/// A frame to forward: due time, sequence number within its direction, and bytes. Reversed, so that
+/// a [`BinaryHeap`] pops the earliest frame first.
 type Frame = Reverse<(Instant, u64, Vec<u8>)>;
 
 /// One direction of the network.
@@ -238,7 +251,7 @@ struct Relay {
 }
 
 impl Relay {
-    /// Reads what a host sends, until the host is gone.
+    /// Reads frames from a host until the device is closed, and schedules the copies to deliver.
     fn receive(
         &self,
         source: &SyncDevice,
@@ -246,10 +259,10 @@ impl Relay {
         mut send: impl FnMut(Frame) -> bool,
     ) {
         let Faults { loss, repetition, delay } = self.faults;
-        let mut buffer = vec![0; LONGEST_FRAME];
+        let mut buffer = vec![0; BUFFER_SIZE];
         let mut number = 0;
         while let Ok(length) = source.recv(&mut buffer) {
-            let mut arriving = 0;
+            let mut delivered = 0;
             for _ in 0..1 + usize::from(random.random_bool(repetition)) {
                 let is_lost = random.random_bool(loss);
                 let delay = delay.mul_f64(random.random());
@@ -257,7 +270,7 @@ impl Relay {
                     continue;
                 }
                 number += 1;
-                arriving += 1;
+                delivered += 1;
                 let frame = (Instant::now() + delay, number, buffer[..length].to_vec());
                 if !send(Reverse(frame)) {
                     return;
@@ -265,7 +278,7 @@ impl Relay {
             }
             let Counters { frames, lost, repeated } = &*self.counters;
             frames.fetch_add(1, Ordering::Relaxed);
-            match arriving {
+            match delivered {
                 0 => lost.fetch_add(1, Ordering::Relaxed),
                 1 => 0,
                 _ => repeated.fetch_add(1, Ordering::Relaxed),
@@ -274,21 +287,21 @@ impl Relay {
     }
 }
 
-/// Sends frames on when they are due.
+/// Forwards each frame when it is due, until the sender disconnects.
 fn send_when_due(sink: &SyncDevice, frames: &Receiver<Frame>) {
-    let mut waiting: BinaryHeap<Frame> = BinaryHeap::new();
+    let mut scheduled: BinaryHeap<Frame> = BinaryHeap::new();
     loop {
-        let next = match waiting.peek() {
+        let next = match scheduled.peek() {
             None => frames.recv().map_err(|_| RecvTimeoutError::Disconnected),
             Some(Reverse((due, _, _))) => {
                 frames.recv_timeout(due.saturating_duration_since(Instant::now()))
             }
         };
         match next {
-            Ok(frame) => waiting.push(frame),
+            Ok(frame) => scheduled.push(frame),
             Err(RecvTimeoutError::Timeout) => {
-                if let Some(Reverse((_, _, frame))) = waiting.pop() {
-                    // A host that is gone hears nothing.
+                if let Some(Reverse((_, _, frame))) = scheduled.pop() {
+                    // Sending fails only if the host has been removed.
                     let _ = sink.send(&frame);
                 }
             }

@@ -1,4 +1,4 @@
-//! The real nodes as processes of their own, in a DDS domain of their own, on loopback.
+//! The real nodes as child processes, in a separate DDS domain on the loopback interface.
 
 use std::{
     collections::HashMap,
@@ -20,22 +20,28 @@ use ros_runtime::{
     security::Security,
 };
 
-/// What is not there after this time never comes; a bound for hanging, not a measure of speed.
-pub const PATIENCE: Duration = Duration::from_secs(60);
+/// The timeout for everything that a test waits for. It is generous, because it is meant to detect
+/// hangs, not slowness.
+pub const TIMEOUT: Duration = Duration::from_secs(60);
 
-/// The root of the repository.
+/// Returns the root of the repository.
 pub fn repository() -> &'static Path {
-    let own = Path::new(env!("CARGO_MANIFEST_DIR"));
-    own.ancestors().nth(2).expect("this package lies in the repository")
+    let manifest = Path::new(env!("CARGO_MANIFEST_DIR"));
+    manifest.ancestors().nth(2).expect("the package is in crates/experiments")
 }
 
-/// A node's program, built from what is here now.
+/// Returns the path of a program (`sim_node`, `agent_node` or `evac`), built with the caller's
+/// profile. The first call builds all three.
+///
+/// # Panics
+///
+/// Panics if the build fails.
 pub fn binary(name: &str) -> PathBuf {
     static BUILT: OnceLock<PathBuf> = OnceLock::new();
     let directory = BUILT.get_or_init(|| {
-        // The tests' own program is in target/PROFILE/deps, the benchmark's in target/PROFILE.
+        // A test program is in target/PROFILE/deps, the benchmark in target/PROFILE.
         let own = std::env::current_exe().expect("this program has a path");
-        let parent = own.parent().expect("a program lies in a directory");
+        let parent = own.parent().expect("a program is in a directory");
         let directory = match parent.file_name() {
             Some(name) if name == "deps" => parent.parent().expect("target/PROFILE").to_owned(),
             _ => parent.to_owned(),
@@ -49,41 +55,48 @@ pub fn binary(name: &str) -> PathBuf {
             .args(["build", "--quiet", "--bins", "--profile", profile])
             .args(["--package", "sim_node", "--package", "agent_node", "--package", "launcher"])
             .current_dir(repository());
-        // What cargo says to a test of its package has ring, which security stands on, built anew.
-        for (name, _) in std::env::vars().filter(|(name, _)| is_of_a_package(name)) {
+        // Cargo passes package variables to tests. If this build inherited them, cargo would
+        // rebuild ring, a dependency of the security feature.
+        for (name, _) in std::env::vars().filter(|(name, _)| is_package_variable(name)) {
             build.env_remove(name);
         }
         if cfg!(feature = "security") {
             build.args(["--features", "security"]);
         }
-        let built = build.status();
-        assert!(built.expect("cargo runs").success(), "the nodes cannot be built");
+        let status = build.status();
+        assert!(status.expect("cargo runs").success(), "the nodes cannot be built");
         directory
     });
     directory.join(name)
 }
 
-/// A node's arguments.
+/// Returns the arguments of a node: its command, if any, then `--ros-args` with the parameters.
 fn arguments<'a>(command: Option<&'a str>, parameters: &[&'a str]) -> Vec<&'a str> {
     let parameters = parameters.iter().flat_map(|parameter| ["-p", *parameter]);
     command.into_iter().chain(["--ros-args"]).chain(parameters).collect()
 }
 
-fn is_of_a_package(variable: &str) -> bool {
+fn is_package_variable(variable: &str) -> bool {
     ["CARGO_MANIFEST_", "CARGO_PKG_"].iter().any(|prefix| variable.starts_with(prefix))
 }
 
-/// A domain and the processes in it, which end with it.
+/// A DDS domain and the node processes in it, which are killed when this value is dropped.
 ///
-/// One test at a time: the machine may be small, and the nodes are real.
+/// At most one value exists at a time in a process: [`Nodes::new`] waits until the previous one is
+/// dropped, so that tests with real nodes do not compete for the processor.
+///
+/// # Panics
+///
+/// The methods are meant for tests and panic if anything goes wrong, for example if a process
+/// cannot be started or does not exit in time. The message then contains the log of the process.
 pub struct Nodes {
     domain_id: u16,
     processes: HashMap<String, Process>,
-    /// What the environment of every process has besides.
+    /// Additional environment variables for every process.
     variables: Vec<(String, String)>,
     directory: tempfile::TempDir,
     started: u32,
-    _turn: MutexGuard<'static, ()>,
+    _lock: MutexGuard<'static, ()>,
 }
 
 struct Process {
@@ -92,93 +105,97 @@ struct Process {
 }
 
 impl Nodes {
-    /// A domain that no other test of this machine uses just now.
+    /// Creates an empty domain. Its ID is derived from the process ID, so that tests that run at
+    /// the same time on this machine usually use different domains.
     pub fn new() -> Nodes {
-        static TURN: Mutex<()> = Mutex::new(());
+        static LOCK: Mutex<()> = Mutex::new(());
         static COUNT: Mutex<u32> = Mutex::new(0);
-        let turn = TURN.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let lock = LOCK.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         let mut count = COUNT.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         *count += 1;
-        // From 102 on, the ports of RTPS lie where Linux takes those of outgoing connections.
+        // The RTPS ports of domains above 101 are in Linux's range of ephemeral ports.
         let domain_id = 1 + (std::process::id() * 7 + *count) % 101;
         Nodes {
             domain_id: domain_id as u16,
             processes: HashMap::new(),
             variables: Vec::new(),
-            directory: tempfile::tempdir().expect("a temporary directory"),
+            directory: tempfile::tempdir().expect("a temporary directory can be created"),
             started: 0,
-            _turn: turn,
+            _lock: lock,
         }
     }
 
-    /// A directory that goes with the test.
+    /// Returns the path of a file in a temporary directory, which is deleted when this value is
+    /// dropped.
     pub fn path(&self, name: &str) -> PathBuf {
         self.directory.path().join(name)
     }
 
-    /// Sets a variable in the environment of everything that is started from now on.
+    /// Sets an environment variable for all processes that are started from now on.
     pub fn set_variable(&mut self, name: &str, value: &str) {
         self.variables.push((name.to_owned(), value.to_owned()));
     }
 
-    /// A command in this domain.
+    /// Returns a command whose environment selects this domain.
     pub fn command(&self, program: impl AsRef<std::ffi::OsStr>) -> Command {
         let mut command = Command::new(program);
         command
             .env("ROS_DOMAIN_ID", self.domain_id.to_string())
             .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
             .envs(self.variables.iter().map(|(name, value)| (name, value)))
-            // The scripts then leave the build as it is, too.
+            // Keeps the scripts from applying the corrections to RustDDS, which would replace the
+            // build under test.
             .envs((!is_corrected()).then_some(("EVAC_UNCORRECTED", "1")))
             .stdin(Stdio::null());
         command
     }
 
-    /// One of the peers in Python.
+    /// Returns a command that runs a Python peer from `tests/peers`.
     pub fn peer(&self, name: &str) -> Command {
         let python = std::env::var("EVAC_PYTHON")
-            .expect("EVAC_PYTHON names a python with the peers: run launch_scripts/test.sh");
+            .expect("EVAC_PYTHON is not set (run the tests with launch_scripts/test.sh)");
         let mut peer = self.command(python);
         peer.arg(repository().join("tests/peers").join(name));
         peer
     }
 
-    /// Runs a command to its end: its status, and what it wrote to standard output and error.
+    /// Runs a command and returns its exit status, standard output and standard error. Kills the
+    /// command and panics after five times [`TIMEOUT`].
     pub fn run(&self, command: &mut Command) -> (ExitStatus, String, String) {
         let open = |name: &str| self.path(&format!("{name}-{}", self.domain_id));
         let (out, err) = (open("stdout"), open("stderr"));
-        let create = |path: &Path| File::create(path).expect("a file for the output");
+        let create = |path: &Path| File::create(path).expect("the output file can be created");
         let mut child = command
             .stdout(create(&out))
             .stderr(create(&err))
             .spawn()
             .unwrap_or_else(|error| panic!("{command:?}: {error}"));
-        let end = Instant::now() + 5 * PATIENCE;
+        let end = Instant::now() + 5 * TIMEOUT;
         let read = |path: &Path| std::fs::read_to_string(path).unwrap_or_default();
         let status = loop {
-            if let Some(status) = child.try_wait().expect("it is our child") {
+            if let Some(status) = child.try_wait().expect("a child process") {
                 break status;
             }
             if Instant::now() > end {
                 let _ = child.kill();
-                panic!("{command:?} does not end:\n{}", read(&err));
+                panic!("{command:?} did not exit:\n{}", read(&err));
             }
             std::thread::sleep(Duration::from_millis(5));
         };
         (status, read(&out), read(&err))
     }
 
-    /// How a participant of this process joins the domain.
+    /// Returns the discovery settings with which a participant in this process joins the domain.
     pub fn discovery(&self, security: Security) -> Discovery {
         Discovery { domain_id: self.domain_id, range: Range::Localhost, security }
     }
 
-    /// A node in this process, as a client beside the others.
+    /// Creates a node in this process that joins the domain.
     pub fn client(&self) -> Node {
         self.client_with(Security::Off)
     }
 
-    /// As [`Nodes::client`], with keys.
+    /// Creates a node like [`Nodes::client`], but with the given security settings.
     pub fn client_with(&self, security: Security) -> Node {
         Node::with_discovery(
             "test_client",
@@ -186,10 +203,10 @@ impl Nodes {
             evac_msgs::DEFINITIONS,
             self.discovery(security),
         )
-        .expect("a node")
+        .expect("the node can be created")
     }
 
-    /// The memory that a node holds, in MB (of 10^6 bytes).
+    /// Returns the resident memory of a process in MB (10^6 bytes); NaN once it has exited.
     pub fn memory_mb(&mut self, name: &str) -> f64 {
         let status = format!("/proc/{}/status", self.process(name).child.id());
         let status = std::fs::read_to_string(status).unwrap_or_default();
@@ -198,7 +215,7 @@ impl Nodes {
         kibibytes.map_or(f64::NAN, |kibibytes| kibibytes * 1024.0 / 1e6)
     }
 
-    /// How much memory a node may take, in bytes; none if as much as it likes.
+    /// Returns the memory limit of a process in bytes; `None` if it is unlimited.
     pub fn memory_limit(&mut self, name: &str) -> Option<u64> {
         let limits = format!("/proc/{}/limits", self.process(name).child.id());
         let limits = std::fs::read_to_string(limits).ok()?;
@@ -206,38 +223,39 @@ impl Nodes {
         line.split_whitespace().next()?.parse().ok()
     }
 
-    /// How many files, sockets and the like a node has open; none once it has ended.
+    /// Returns the number of open file descriptors of a process; `None` once it has exited.
     pub fn handles(&mut self, name: &str) -> Option<usize> {
         let handles = format!("/proc/{}/fd", self.process(name).child.id());
         Some(std::fs::read_dir(handles).ok()?.count())
     }
 
-    /// Waits for a node's end: the most memory that it was seen to hold, in MB.
-    pub fn greatest_memory_mb(&mut self, name: &str, patience: Duration) -> f64 {
-        let end = Instant::now() + patience;
-        let mut greatest = 0f64;
-        while self.process(name).child.try_wait().expect("it is our child").is_none() {
-            assert!(Instant::now() < end, "{name} does not end:\n{}", self.log(name));
-            // Not a number once the process has ended, which max leaves out.
-            greatest = greatest.max(self.memory_mb(name));
+    /// Waits until a process exits and returns its peak resident memory in MB (10^6 bytes), sampled
+    /// every 100 ms.
+    pub fn peak_memory_mb(&mut self, name: &str, timeout: Duration) -> f64 {
+        let end = Instant::now() + timeout;
+        let mut peak = 0f64;
+        while self.process(name).child.try_wait().expect("a child process").is_none() {
+            assert!(Instant::now() < end, "{name} did not exit:\n{}", self.log(name));
+            // `max` ignores the NaN of a process that has just exited.
+            peak = peak.max(self.memory_mb(name));
             std::thread::sleep(Duration::from_millis(100));
         }
-        greatest
+        peak
     }
 
-    /// Starts `sim_node` with parameters, such as `max_steps:=100`.
+    /// Starts `sim_node` with parameters such as `max_steps:=100`.
     pub fn start_simulator(&mut self, parameters: &[&str]) {
         self.start("sim_node", None, parameters);
     }
 
-    /// Starts `agent_node` with a command and parameters.
+    /// Starts `agent_node` with a command (`train`, `evaluate` or `drive`) and parameters.
     pub fn start_agent(&mut self, command: &str, parameters: &[&str]) {
         self.start("agent_node", Some(command), parameters);
     }
 
     /// Starts `agent_node` with a command and a parameter file.
     pub fn start_agent_with_file(&mut self, command: &str, file: &Path) {
-        let file = file.to_str().expect("a path in Unicode");
+        let file = file.to_str().expect("the path is valid Unicode");
         self.start_with("agent_node", &[command, "--ros-args", "--params-file", file]);
     }
 
@@ -249,18 +267,19 @@ impl Nodes {
         self.start_beside(name, name, arguments);
     }
 
-    /// Starts a node's program with any arguments, as a process known by `name`.
+    /// Starts a program with arbitrary arguments and registers the process under `name`.
     pub fn start_beside(&mut self, program: &str, name: &str, arguments: &[&str]) {
         let process = self.command(binary(program));
         self.spawn(process, name, arguments);
     }
 
-    /// Starts `sim_node` with parameters on a host of its own, as a process known by `name`.
+    /// Starts `sim_node` with parameters on a [`Host`] and registers the process under `name`.
     pub fn start_simulator_on(&mut self, host: &Host, name: &str, parameters: &[&str]) {
         self.start_on(host, "sim_node", name, &arguments(None, parameters));
     }
 
-    /// As [`Nodes::start_simulator_on`], but `agent_node` with a command.
+    /// Starts `agent_node` with a command and parameters on a [`Host`] and registers the process
+    /// under `name`.
     pub fn start_agent_on(&mut self, host: &Host, name: &str, command: &str, parameters: &[&str]) {
         self.start_on(host, "agent_node", name, &arguments(Some(command), parameters));
     }
@@ -278,8 +297,8 @@ impl Nodes {
         self.started += 1;
         let log = self.path(&format!("{name}-{}.log", self.started));
         process.args(arguments);
-        let output = File::options().append(true).create(true).open(&log).expect("a log file");
-        process.stdout(output.try_clone().expect("a second handle")).stderr(output);
+        let output = File::options().append(true).create(true).open(&log).expect("the log opens");
+        process.stdout(output.try_clone().expect("the handle can be cloned")).stderr(output);
         let child = process.spawn().expect("the node starts");
         let previous = self.processes.insert(name.to_owned(), Process { child, log });
         if let Some(mut previous) = previous {
@@ -288,98 +307,99 @@ impl Nodes {
         }
     }
 
-    /// Ends a node without any chance to take leave.
+    /// Kills a process with SIGKILL, which leaves it no time to shut down.
     pub fn kill(&mut self, name: &str) {
         let process = self.process(name);
-        process.child.kill().expect("the node is there");
-        process.child.wait().expect("the node is our child");
+        process.child.kill().expect("the process is running");
+        process.child.wait().expect("a child process");
     }
 
-    /// The number of a node's process.
+    /// Returns the ID of a process.
     pub fn process_id(&mut self, name: &str) -> u32 {
         self.process(name).child.id()
     }
 
-    /// Sends a signal, such as `INT`.
+    /// Sends a signal, such as `INT`, to a process.
     pub fn signal(&mut self, name: &str, signal: &str) {
         let pid = self.process_id(name).to_string();
-        let sent = Command::new("kill").args(["-s", signal, &pid]).status();
-        assert!(sent.expect("kill runs").success());
+        let status = Command::new("kill").args(["-s", signal, &pid]).status();
+        assert!(status.expect("kill runs").success(), "cannot send SIG{signal} to {name}");
     }
 
-    /// Waits for a node's end.
-    pub fn wait(&mut self, name: &str, patience: Duration) -> ExitStatus {
-        let end = Instant::now() + patience;
+    /// Waits until a process exits and returns its status. Panics after `timeout`.
+    pub fn wait(&mut self, name: &str, timeout: Duration) -> ExitStatus {
+        let end = Instant::now() + timeout;
         loop {
-            if let Some(status) = self.process(name).child.try_wait().expect("it is our child") {
+            if let Some(status) = self.process(name).child.try_wait().expect("a child process") {
                 return status;
             }
             let log = self.log(name);
-            assert!(Instant::now() < end, "{name} does not end within {patience:?}:\n{log}");
+            assert!(Instant::now() < end, "{name} did not exit within {timeout:?}:\n{log}");
             std::thread::sleep(Duration::from_millis(5));
         }
     }
 
-    /// How a node has ended, if it has.
+    /// Returns the exit status of a process; `None` while it is running.
     pub fn ended(&mut self, name: &str) -> Option<ExitStatus> {
-        self.process(name).child.try_wait().expect("it is our child")
+        self.process(name).child.try_wait().expect("a child process")
     }
 
-    /// Waits for a node's end, which must be a success.
-    pub fn succeed(&mut self, name: &str, patience: Duration) {
-        let status = self.wait(name, patience);
+    /// Waits until a process exits. Panics after `timeout`, or if the process fails.
+    pub fn succeed(&mut self, name: &str, timeout: Duration) {
+        let status = self.wait(name, timeout);
         let log = self.log(name);
-        assert!(status.success(), "{name} ended with {status}:\n{log}");
+        assert!(status.success(), "{name} failed ({status}):\n{log}");
     }
 
-    /// Waits until a node has said something.
+    /// Waits until the log of a process contains `text`. Panics after [`TIMEOUT`].
     pub fn wait_for_log(&mut self, name: &str, text: &str) {
-        let end = Instant::now() + PATIENCE;
+        let end = Instant::now() + TIMEOUT;
         while !self.log(name).contains(text) {
             let log = self.log(name);
-            assert!(Instant::now() < end, "{name} never says '{text}':\n{log}");
+            assert!(Instant::now() < end, "{name} did not log '{text}':\n{log}");
             std::thread::sleep(Duration::from_millis(5));
         }
     }
 
-    /// Waits until a node has done something.
-    pub fn wait_until(&mut self, name: &str, is_done: impl Fn() -> bool) {
-        let end = Instant::now() + PATIENCE;
-        while !is_done() {
-            assert!(Instant::now() < end, "{name} does nothing:\n{}", self.log(name));
+    /// Waits until a condition holds. Panics after [`TIMEOUT`] with the log of the process `name`.
+    pub fn wait_until(&mut self, name: &str, condition: impl Fn() -> bool) {
+        let end = Instant::now() + TIMEOUT;
+        while !condition() {
+            assert!(Instant::now() < end, "{name}: condition not met:\n{}", self.log(name));
             std::thread::sleep(Duration::from_millis(5));
         }
     }
 
-    /// Waits until the room has seen some more steps.
+    /// Waits until the simulator has executed `steps` more steps. Panics if the next one takes
+    /// longer than [`TIMEOUT`].
     pub fn wait_for_steps(&mut self, steps: u32) {
         let node = self.client();
         let subscription = node.create_subscription::<EpisodeStatus>("episode", reliable(10));
-        let subscription = subscription.expect("a subscription");
-        let seen = node.block_on(async {
-            let mut seen = 0;
-            while seen < steps {
-                let next = tokio::time::timeout(PATIENCE, subscription.async_take()).await;
+        let subscription = subscription.expect("the subscription can be created");
+        let executed = node.block_on(async {
+            let mut executed = 0;
+            while executed < steps {
+                let next = tokio::time::timeout(TIMEOUT, subscription.async_take()).await;
                 match next {
-                    Ok(Ok((status, _))) => seen += u32::from(status.step > 0),
-                    Ok(Err(error)) => panic!("a status cannot be read: {error}"),
+                    Ok(Ok((status, _))) => executed += u32::from(status.step > 0),
+                    Ok(Err(error)) => panic!("cannot decode a message on /episode: {error}"),
                     Err(_) => break,
                 }
             }
-            seen
+            executed
         });
-        assert_eq!(seen, steps, "the room does not go on:\n{}", self.log("agent_node"));
+        assert_eq!(executed, steps, "no step within {TIMEOUT:?}:\n{}", self.log("agent_node"));
     }
 
-    /// What a node has said so far.
+    /// Returns what a process has written to standard output and standard error so far.
     pub fn log(&mut self, name: &str) -> String {
-        let file = File::open(&self.process(name).log).expect("the log was made at the start");
+        let file = File::open(&self.process(name).log).expect("the log exists from the start");
         let lines = BufReader::new(file).lines();
         lines.map_while(Result::ok).map(|line| line + "\n").collect()
     }
 
     fn process(&mut self, name: &str) -> &mut Process {
-        self.processes.get_mut(name).expect("the node was started")
+        self.processes.get_mut(name).unwrap_or_else(|| panic!("{name} was not started"))
     }
 }
 

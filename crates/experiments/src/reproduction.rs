@@ -1,5 +1,5 @@
-//! All trainings and tests, summed up over their seeds: as JSON, and
-//! as tables beside the paper's figures.
+//! Aggregates all training runs and evaluations over their seeds, as JSON and as Markdown tables
+//! that compare them with the results of the paper.
 
 use std::{collections::BTreeMap, fs, path::Path};
 
@@ -14,55 +14,56 @@ use task::{Evaluation, Scenario, seeds::MIXED};
 
 use crate::replace_section;
 
-/// What the paper says of its own trainings, each of 1,000 episodes, in its
-/// sections 3.1, 3.2.1 and 3.2.2.
-const PAPER: [Paper; 4] = [
-    Paper { scenario: "empty", steps: 51_316, wall_s: Some(1_142.2) },
-    Paper { scenario: "one_cylinder", steps: 41_687, wall_s: None },
-    Paper { scenario: "three_cylinders", steps: 59_108, wall_s: Some(2_213.4) },
-    Paper { scenario: "concave", steps: 113_839, wall_s: Some(3_518.8) },
+/// The training runs that the paper reports in sections 3.1, 3.2.1 and 3.2.2, with 1,000 episodes
+/// each.
+const PAPER: [PaperTraining; 4] = [
+    PaperTraining { scenario: "empty", steps: 51_316, wall_s: Some(1_142.2) },
+    PaperTraining { scenario: "one_cylinder", steps: 41_687, wall_s: None },
+    PaperTraining { scenario: "three_cylinders", steps: 59_108, wall_s: Some(2_213.4) },
+    PaperTraining { scenario: "concave", steps: 113_839, wall_s: Some(3_518.8) },
 ];
 
 #[derive(Clone, Copy, Debug, Serialize)]
-struct Paper {
+struct PaperTraining {
     scenario: &'static str,
     steps: u64,
     wall_s: Option<f64>,
 }
 
-/// Everything, as `reproduction.json` has it.
+/// The results of all runs, in the format of `reproduction.json`.
 #[derive(Debug, Serialize)]
 pub struct Reproduction {
-    paper: [Paper; 4],
-    /// One for each scenario and preset.
-    trainings: Vec<Trained>,
-    /// The policies that were trained in all rooms, tested in each.
-    mixed: Vec<Tested>,
+    paper: [PaperTraining; 4],
+    /// One entry per scenario and preset.
+    trainings: Vec<TrainingSummary>,
+    /// The evaluations of the policies trained in all scenarios; one entry per evaluation scenario.
+    mixed: Vec<EvaluationSummary>,
 }
 
-/// The trainings of a preset in a scenario.
+/// The training runs of one preset in one scenario, over all seeds.
 #[derive(Debug, Serialize)]
-struct Trained {
+struct TrainingSummary {
     preset: String,
     seeds: Vec<u64>,
-    /// Episodes of each.
+    /// Number of episodes per training run.
     episodes: u32,
     steps: Mean,
     wall_s: Mean,
-    test: Tested,
+    #[serde(rename = "test")]
+    evaluation: EvaluationSummary,
 }
 
-/// The tests of a policy for each seed, in one scenario.
+/// The evaluations in one scenario, over the policies of all seeds.
 #[derive(Debug, Serialize)]
-struct Tested {
+struct EvaluationSummary {
     scenario: String,
-    /// Episodes of all seeds.
+    /// Number of evaluation episodes over all seeds.
     episodes: u32,
     successes: u32,
     success_rate: f64,
-    /// Wilson's, over the episodes of all seeds.
+    /// The 95 % Wilson interval of the success rate over the episodes of all seeds.
     success_interval: Option<(f64, f64)>,
-    /// The least of a seed.
+    /// The lowest success rate of a single seed.
     worst_success_rate: f64,
     mean_steps: Option<Mean>,
     oracle_mean_steps: Option<f64>,
@@ -72,11 +73,11 @@ struct Tested {
 }
 
 impl Reproduction {
-    /// Reads what `reproduce.sh` has left in a directory.
+    /// Reads the runs that `reproduce.sh` has written to a directory.
     ///
     /// # Errors
     ///
-    /// If there is no finished training, or a file is damaged.
+    /// Returns an error if there is no finished training run or a file cannot be read or parsed.
     pub fn read(directory: &Path) -> anyhow::Result<Reproduction> {
         let mut summaries: BTreeMap<(String, String), Vec<(Summary, Evaluation)>> = BTreeMap::new();
         let mut mixed: BTreeMap<String, Vec<Evaluation>> = BTreeMap::new();
@@ -85,56 +86,70 @@ impl Reproduction {
         for entry in fs::read_dir(directory).with_context(context)? {
             runs.push(entry.with_context(context)?.path());
         }
-        // The order of a directory is anybody's guess; that of a report is not.
+        // The order of directory entries is unspecified; the output must not depend on it.
         runs.sort();
         for run in runs {
             let Some(mut summary) = read_json::<Summary>(&run.join("summary.json"))? else {
                 continue;
             };
             if summary.scenario == MIXED {
-                for room in Scenario::ALL.map(Scenario::name) {
-                    let test = read_json(&run.join(room).join("evaluation.json"))?;
-                    mixed.entry(room.to_owned()).or_default().extend(test);
+                for scenario in Scenario::ALL.map(Scenario::name) {
+                    let evaluation = read_json(&run.join(scenario).join("evaluation.json"))?;
+                    mixed.entry(scenario.to_owned()).or_default().extend(evaluation);
                 }
-            } else if let Some(test) = summary.evaluation.take() {
+            } else if let Some(evaluation) = summary.evaluation.take() {
                 let key = (summary.scenario.clone(), summary.preset.clone());
-                summaries.entry(key).or_default().push((summary, test));
+                summaries.entry(key).or_default().push((summary, evaluation));
             }
         }
-        ensure!(!summaries.is_empty(), "no finished training in {}", directory.display());
+        ensure!(!summaries.is_empty(), "no finished training run in {}", directory.display());
         let mut trainings = Vec::new();
         for scenario in Scenario::ALL.map(Scenario::name) {
             for preset in Preset::ALL {
                 let key = (scenario.to_owned(), preset.to_string());
-                trainings.extend(summaries.get(&key).and_then(|runs| Trained::of(runs)));
+                trainings.extend(summaries.get(&key).and_then(|runs| TrainingSummary::of(runs)));
             }
         }
-        let mixed =
-            Scenario::ALL.iter().filter_map(|room| Tested::of(mixed.get(room.name())?)).collect();
+        let mixed = Scenario::ALL
+            .iter()
+            .filter_map(|scenario| EvaluationSummary::of(mixed.get(scenario.name())?))
+            .collect();
         Ok(Reproduction { paper: PAPER, trainings, mixed })
     }
 
-    /// Writes `reproduction.json`.
+    /// Writes the results to a JSON file such as `reproduction.json`.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the file cannot be written.
     pub fn write_json(&self, path: &Path) -> anyhow::Result<()> {
         let json = serde_json::to_string_pretty(self)? + "\n";
         fs::write(path, json).with_context(|| path.display().to_string())
     }
 
-    /// Writes the tables into a page such as `docs/results.md`.
+    /// Replaces the tables in a page such as `docs/results.md`.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the page cannot be read or written or lacks one of the sections.
     pub fn write_results(&self, page: &Path) -> anyhow::Result<()> {
         replace_section(page, "trainings", &self.trainings_table())?;
-        replace_section(page, "tests", &self.tests_table())?;
+        replace_section(page, "tests", &self.evaluations_table())?;
         replace_section(page, "mixed", &self.mixed_table())
     }
 
-    /// Writes the short table into a page such as `README.md`.
+    /// Replaces the short table in a page such as `README.md`.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the page cannot be read or written or lacks the section.
     pub fn write_readme(&self, page: &Path) -> anyhow::Result<()> {
         replace_section(page, "results", &self.short_table())
     }
 
-    fn of(&self, scenario: &str, preset: Preset) -> Option<&Trained> {
+    fn training(&self, scenario: &str, preset: Preset) -> Option<&TrainingSummary> {
         let preset = preset.to_string();
-        self.trainings.iter().find(|t| t.test.scenario == scenario && t.preset == preset)
+        self.trainings.iter().find(|t| t.evaluation.scenario == scenario && t.preset == preset)
     }
 
     fn trainings_table(&self) -> String {
@@ -144,139 +159,141 @@ impl Reproduction {
             "seeds",
             "episodes",
             "training steps",
-            "the paper's",
-            "ours / the paper's",
-            "training",
-            "the paper's",
+            "training steps (paper)",
+            "steps / paper's steps",
+            "training time",
+            "training time (paper)",
         ];
-        let rows = self.trainings.iter().map(|trained| {
+        let rows = self.trainings.iter().map(|training| {
             let paper = PAPER.iter().find(|paper| {
-                trained.preset == Preset::Paper.to_string()
-                    && paper.scenario == trained.test.scenario
+                training.preset == Preset::Paper.to_string()
+                    && paper.scenario == training.evaluation.scenario
             });
-            let ratio = paper.map(|paper| trained.steps.mean / paper.steps as f64);
+            let ratio = paper.map(|paper| training.steps.mean / paper.steps as f64);
             vec![
-                trained.test.scenario.clone(),
-                trained.preset.clone(),
-                trained.seeds.len().to_string(),
-                count(trained.episodes.into()),
-                with_interval(trained.steps, |steps| decimal(steps, 0)),
+                training.evaluation.scenario.clone(),
+                training.preset.clone(),
+                training.seeds.len().to_string(),
+                count(training.episodes.into()),
+                with_interval(training.steps, |steps| decimal(steps, 0)),
                 paper.map_or_else(String::new, |paper| count(paper.steps)),
                 ratio.map_or_else(String::new, |ratio| decimal(ratio, 2)),
-                with_interval(trained.wall_s, duration),
+                with_interval(training.wall_s, duration),
                 paper.and_then(|paper| paper.wall_s).map_or_else(String::new, duration),
             ]
         });
         table(&header, rows)
     }
 
-    fn tests_table(&self) -> String {
-        let mut header = Tested::HEADER.to_vec();
+    fn evaluations_table(&self) -> String {
+        let mut header = EvaluationSummary::HEADER.to_vec();
         header.insert(1, "preset");
-        let rows = self.trainings.iter().map(|trained| {
-            let mut cells = trained.test.cells();
-            cells.insert(1, trained.preset.clone());
+        let rows = self.trainings.iter().map(|training| {
+            let mut cells = training.evaluation.cells();
+            cells.insert(1, training.preset.clone());
             cells
         });
         table(&header, rows)
     }
 
     fn mixed_table(&self) -> String {
-        table(&Tested::HEADER, self.mixed.iter().map(Tested::cells))
+        table(&EvaluationSummary::HEADER, self.mixed.iter().map(EvaluationSummary::cells))
     }
 
     fn short_table(&self) -> String {
         let header = [
             "scenario",
-            "training steps, the paper's",
-            "ours, `paper`",
-            "escapes, `paper`",
-            "escapes, `robust`",
-            "without any blocked move",
-            "steps / fewest possible",
-            "escapes, one policy for all rooms",
+            "training steps (paper)",
+            "training steps, `paper`",
+            "success rate, `paper`",
+            "success rate, `robust`",
+            "collision-free episodes, `robust`",
+            "steps / shortest path, `robust`",
+            "success rate, one policy for all scenarios",
         ];
         let rows = Scenario::ALL.map(Scenario::name).map(|scenario| {
-            let stated = PAPER.iter().find(|paper| paper.scenario == scenario);
-            let paper = self.of(scenario, Preset::Paper);
-            let robust = self.of(scenario, Preset::Robust).map(|robust| &robust.test);
-            let mixed = self.mixed.iter().find(|tested| tested.scenario == scenario);
-            let escapes = |tested: Option<&Tested>| {
-                tested.map_or_else(String::new, |tested| exact_percent(tested.success_rate))
+            let reported = PAPER.iter().find(|paper| paper.scenario == scenario);
+            let paper = self.training(scenario, Preset::Paper);
+            let robust = self.training(scenario, Preset::Robust).map(|robust| &robust.evaluation);
+            let mixed = self.mixed.iter().find(|evaluation| evaluation.scenario == scenario);
+            let success_rate = |evaluation: Option<&EvaluationSummary>| {
+                evaluation.map_or_else(String::new, |e| exact_percent(e.success_rate))
             };
             vec![
                 scenario.to_owned(),
-                stated.map_or_else(String::new, |paper| count(paper.steps)),
+                reported.map_or_else(String::new, |paper| count(paper.steps)),
                 paper.map_or_else(String::new, |paper| decimal(paper.steps.mean, 0)),
-                escapes(paper.map(|paper| &paper.test)),
-                escapes(robust),
-                robust
-                    .map_or_else(String::new, |test| exact_percent(test.collision_free_rate.mean)),
-                ratio(robust.and_then(|test| test.optimality_ratio)),
-                escapes(mixed),
+                success_rate(paper.map(|paper| &paper.evaluation)),
+                success_rate(robust),
+                robust.map_or_else(String::new, |e| exact_percent(e.collision_free_rate.mean)),
+                ratio(robust.and_then(|evaluation| evaluation.optimality_ratio)),
+                success_rate(mixed),
             ]
         });
         table(&header, rows.into_iter())
     }
 }
 
-impl Trained {
-    fn of(runs: &[(Summary, Evaluation)]) -> Option<Trained> {
+impl TrainingSummary {
+    /// Aggregates the training runs of one preset in one scenario; `None` if there are none.
+    fn of(runs: &[(Summary, Evaluation)]) -> Option<TrainingSummary> {
         let (first, _) = runs.first()?;
         let mean = |value: fn(&Summary) -> f64| {
             Mean::of(&runs.iter().map(|(summary, _)| value(summary)).collect::<Vec<f64>>())
         };
-        let tests: Vec<Evaluation> = runs.iter().map(|(_, test)| test.clone()).collect();
-        Some(Trained {
+        let evaluations: Vec<Evaluation> = runs.iter().map(|(_, e)| e.clone()).collect();
+        Some(TrainingSummary {
             preset: first.preset.clone(),
             seeds: runs.iter().map(|(summary, _)| summary.seed).collect(),
             episodes: first.episodes,
             steps: mean(|summary| summary.steps as f64)?,
             wall_s: mean(|summary| summary.wall_s)?,
-            test: Tested::of(&tests)?,
+            evaluation: EvaluationSummary::of(&evaluations)?,
         })
     }
 }
 
-impl Tested {
-    fn of(tests: &[Evaluation]) -> Option<Tested> {
-        let episodes = tests.iter().map(|test| test.episodes).sum();
-        let successes = tests.iter().map(|test| test.successes).sum();
+impl EvaluationSummary {
+    /// Aggregates the evaluations of all seeds in one scenario; `None` if there are none.
+    fn of(evaluations: &[Evaluation]) -> Option<EvaluationSummary> {
+        let episodes = evaluations.iter().map(|evaluation| evaluation.episodes).sum();
+        let successes = evaluations.iter().map(|evaluation| evaluation.successes).sum();
         let mean = |value: fn(&Evaluation) -> Option<f64>| {
-            let values: Option<Vec<f64>> = tests.iter().map(value).collect();
+            let values: Option<Vec<f64>> = evaluations.iter().map(value).collect();
             Mean::of(&values?)
         };
-        let rates = tests.iter().map(|test| test.success_rate);
-        Some(Tested {
-            scenario: tests.first()?.scenario.clone(),
+        let rates = evaluations.iter().map(|evaluation| evaluation.success_rate);
+        let first = evaluations.first()?;
+        Some(EvaluationSummary {
+            scenario: first.scenario.clone(),
             episodes,
             successes,
             success_rate: f64::from(successes) / f64::from(episodes),
             success_interval: wilson_interval(successes, episodes),
             worst_success_rate: rates.fold(f64::INFINITY, f64::min),
-            mean_steps: mean(|test| test.mean_steps),
-            // The seeds of the test are the same for all, and so are the rooms.
-            oracle_mean_steps: tests.first().and_then(|test| test.oracle_mean_steps),
-            optimality_ratio: mean(|test| test.optimality_ratio),
-            blocked_per_100_steps: mean(|test| Some(test.blocked_per_100_steps))?,
-            collision_free_rate: mean(|test| Some(test.collision_free_rate))?,
+            mean_steps: mean(|evaluation| evaluation.mean_steps),
+            // All evaluations use the same seed and therefore have the same shortest paths.
+            oracle_mean_steps: first.oracle_mean_steps,
+            optimality_ratio: mean(|evaluation| evaluation.optimality_ratio),
+            blocked_per_100_steps: mean(|evaluation| Some(evaluation.blocked_per_100_steps))?,
+            collision_free_rate: mean(|evaluation| Some(evaluation.collision_free_rate))?,
         })
     }
 
-    /// What [`Tested::cells`] are.
+    /// The headings of the columns that [`EvaluationSummary::cells`] returns.
     const HEADER: [&str; 9] = [
         "scenario",
-        "escapes",
+        "success rate",
         "95 % interval",
         "worst seed",
         "blocked moves per 100 steps",
-        "episodes without any",
-        "steps",
-        "fewest possible",
-        "steps / fewest",
+        "collision-free episodes",
+        "mean steps",
+        "shortest path",
+        "steps / shortest path",
     ];
 
-    /// The scenario, and what a table says of its test.
+    /// Returns the cells of a table row.
     fn cells(&self) -> Vec<String> {
         let interval = self.success_interval;
         vec![
@@ -295,7 +312,7 @@ impl Tested {
     }
 }
 
-/// `0.9995` as "99.95 %": the last failures count.
+/// Formats a share with two decimals, `0.9995` as "99.95 %", so that rare failures stay visible.
 fn exact_percent(share: f64) -> String {
     decimal(100.0 * share, 2) + "\u{a0}%"
 }
@@ -304,10 +321,13 @@ fn ratio(mean: Option<Mean>) -> String {
     mean.map_or_else(String::new, |mean| with_interval(mean, |ratio| decimal(ratio, 2)))
 }
 
-/// A mean and, where there are several seeds, half of its interval.
+/// Formats a mean with the half-width of its confidence interval; a single seed has no interval.
 fn with_interval(mean: Mean, number: impl Fn(f64) -> String) -> String {
-    let own = number(mean.mean);
-    mean.interval.map_or(own.clone(), |(_, high)| format!("{own} ± {}", number(high - mean.mean)))
+    let text = number(mean.mean);
+    match mean.interval {
+        Some((_, high)) => format!("{text} ± {}", number(high - mean.mean)),
+        None => text,
+    }
 }
 
 fn table(header: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
@@ -316,7 +336,7 @@ fn table(header: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
     table
 }
 
-/// `None` if there is no such file.
+/// Reads and parses a file; `None` if it does not exist.
 fn read_json<T: DeserializeOwned>(path: &Path) -> anyhow::Result<Option<T>> {
     if !path.exists() {
         return Ok(None);
@@ -348,7 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn seeds_are_summed_up_beside_the_paper() {
+    fn tables_aggregate_the_seeds_and_show_the_results_of_the_paper() {
         let home = tempfile::tempdir().unwrap();
         for (seed, successes) in [(0, 900), (1, 1000)] {
             let out = RunDirectory::open(&home.path().join(format!("empty-{seed}"))).unwrap();
@@ -373,11 +393,11 @@ mod tests {
         }
         let reproduction = Reproduction::read(home.path()).unwrap();
         let row = |table: String| table.lines().nth(2).unwrap().to_owned();
-        let trained = row(reproduction.trainings_table());
-        assert!(trained.starts_with("| empty | paper | 2 | 1,000 | 51,816 ± "), "{trained}");
-        assert!(trained.contains(" | 51,316 | 1.01 | 1:00 ± 0:00 | 19:02 |"), "{trained}");
-        let tested = row(reproduction.tests_table());
-        assert!(tested.contains("| 95.00\u{a0}% | 93.96 to 95.87 | 90.00\u{a0}% |"), "{tested}");
+        let training = row(reproduction.trainings_table());
+        assert!(training.starts_with("| empty | paper | 2 | 1,000 | 51,816 ± "), "{training}");
+        assert!(training.contains(" | 51,316 | 1.01 | 1:00 ± 0:00 | 19:02 |"), "{training}");
+        let result = row(reproduction.evaluations_table());
+        assert!(result.contains("| 95.00\u{a0}% | 93.96 to 95.87 | 90.00\u{a0}% |"), "{result}");
         assert!(row(reproduction.mixed_table()).starts_with("| concave | 95.00\u{a0}% |"));
         assert!(row(reproduction.short_table()).starts_with("| empty | 51,316 | 51,816 | 95.0"));
         let empty = tempfile::tempdir().unwrap();

@@ -1,4 +1,5 @@
-//! World and learner in one process: what a run over DDS must equal to the byte.
+//! The simulator as an environment in this process: the reference that a run over DDS must match
+//! byte for byte.
 
 use std::num::NonZeroU64;
 
@@ -8,27 +9,33 @@ use sim_node::{
 };
 use task::{Action, Environment, Image, Scenario, Step};
 
-/// The simulator's world and camera, without the simulator.
+/// The world and camera of `sim_node` without its ROS interface.
 pub struct Room {
     world: World,
     camera: Camera,
 }
 
 impl Room {
-    /// A room like that of a `sim_node` with these settings.
+    /// Creates the environment that a `sim_node` with these settings serves. The camera has its
+    /// default settings.
+    ///
+    /// # Panics
+    ///
+    /// Panics if the settings specify an impossible fixed layout.
     pub fn new(settings: WorldSettings) -> Room {
-        let world = World::new(settings, Scenario::Empty, 0).expect("nothing is held fixed");
-        let camera = Camera::new(CameraSettings::default()).expect("the default mount is possible");
+        let world = World::new(settings, Scenario::Empty, 0).expect("the layout is possible");
+        let camera = Camera::new(CameraSettings::default()).expect("the defaults are valid");
         Room { world, camera }
     }
 
     fn image(&self) -> Image {
         let frame = self.camera.render(&self.world);
-        Image::try_from(frame.bytes().as_slice()).expect("both sides know the same camera")
+        Image::try_from(frame.bytes().as_slice()).expect("frame and image have the same size")
     }
 }
 
-/// Why a room does not do what is asked of it.
+/// The error of a reset or step: an unknown scenario, an impossible layout, or a step after the end
+/// of the episode.
 #[derive(Debug, thiserror::Error)]
 #[error(transparent)]
 pub struct RoomError(#[from] anyhow::Error);

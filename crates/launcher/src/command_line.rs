@@ -1,27 +1,29 @@
-//! The options of each command: its own, and one for each parameter of its nodes.
+//! Command-line options that are generated from the parameters of the nodes.
 
 use clap::{Arg, ArgAction, ArgMatches, Command, builder::PossibleValuesParser};
 use serde_json::Value;
 
 use crate::parameters::{Parameter, Parameters, assignment};
 
-/// Parameters that every node has and that are not offered as options.
+/// Parameters that every ROS node has and that are not offered as options.
 const HIDDEN: [&str; 2] = ["start_type_description_service", "use_sim_time"];
 
-/// Adds an option for each parameter that has none yet; `heading` is what `--help` shows them under.
+/// Adds an option for each parameter that does not have one in `command` yet. `heading` is the
+/// heading above these options in `--help`.
 pub fn with_parameters(
     command: Command,
     parameters: &Parameters,
     heading: &'static str,
 ) -> Command {
-    let taken: Vec<String> = command.get_arguments().map(|arg| arg.get_id().to_string()).collect();
+    let existing: Vec<String> =
+        command.get_arguments().map(|arg| arg.get_id().to_string()).collect();
     let new = parameters.iter().filter(|parameter| {
-        !taken.contains(&parameter.name) && !HIDDEN.contains(&parameter.name.as_str())
+        !existing.contains(&parameter.name) && !HIDDEN.contains(&parameter.name.as_str())
     });
     new.fold(command, |command, parameter| command.arg(option(parameter).help_heading(heading)))
 }
 
-/// The option of a parameter: `--max-steps` for `max_steps`, which is understood, too.
+/// Returns the option for a parameter: `--max-steps` for `max_steps`, with the alias `--max_steps`.
 fn option(parameter: &Parameter) -> Arg {
     let name = &parameter.name;
     let long = name.replace(['_', '.'], "-");
@@ -55,15 +57,21 @@ fn value_name(expected: &str) -> &'static str {
     }
 }
 
-/// The ROS arguments of the options that were given and that are parameters of a node, but for those
-/// that another node has before it.
-pub fn given(matches: &ArgMatches, of: &Parameters, before: Option<&Parameters>) -> Vec<String> {
-    let is_theirs = |name: &str| before.is_some_and(|other| other.iter().any(|p| p.name == name));
-    let own = of.iter().filter(|parameter| !is_theirs(&parameter.name));
-    own.filter_map(|parameter| {
-        let value = matches.try_get_one::<String>(&parameter.name).ok()??;
-        Some(assignment(parameter, value))
-    })
-    .flatten()
-    .collect()
+/// Returns the ROS arguments (`-p NAME:=VALUE`) for the options on the command line that are
+/// parameters in `parameters`, except for those that are also in `excluded`.
+pub fn given_parameters(
+    matches: &ArgMatches,
+    parameters: &Parameters,
+    excluded: Option<&Parameters>,
+) -> Vec<String> {
+    let is_excluded =
+        |name: &str| excluded.is_some_and(|other| other.iter().any(|p| p.name == name));
+    let included = parameters.iter().filter(|parameter| !is_excluded(&parameter.name));
+    included
+        .filter_map(|parameter| {
+            let value = matches.try_get_one::<String>(&parameter.name).ok()??;
+            Some(assignment(parameter, value))
+        })
+        .flatten()
+        .collect()
 }

@@ -1,11 +1,12 @@
-//! `evac`: starts the nodes, watches them, and ends them. Scripts, ROS launch files and containers start
-//! this.
+//! `evac`: starts, supervises and stops the nodes. Scripts, ROS launch files and containers run it.
 //!
-//! - [`programs`]: where the nodes and the experiments are.
-//! - [`parameters`]: what options a node has, which it tells itself.
-//! - [`command_line`]: the options of each command, made of them.
-//! - [`children`], [`readiness`], [`supervision`]: the nodes as processes, which say when they are ready; they are started again, and end with this one.
-//! - [`commands`]: what the program does.
+//! - [`programs`]: finds the nodes and the experiments.
+//! - [`parameters`]: queries a node for its parameters.
+//! - [`command_line`]: turns these parameters into command-line options.
+//! - [`children`]: nodes as child processes.
+//! - [`readiness`]: waits until nodes report that they are ready.
+//! - [`supervision`]: restarts nodes that fail, and stops all nodes at the end.
+//! - [`commands`]: the commands of `evac`.
 
 mod children;
 mod command_line;

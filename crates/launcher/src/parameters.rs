@@ -1,5 +1,5 @@
-//! What options a node has: it tells its parameters, and what is wrong with those that it is given,
-//! without joining a DDS domain.
+//! The parameters of a node. The node itself lists them and validates its arguments, without
+//! joining a DDS domain.
 
 use std::{collections::BTreeMap, path::Path, process::Command};
 
@@ -7,33 +7,38 @@ use anyhow::{Context, bail};
 use serde::Deserialize;
 use serde_json::Value;
 
-/// A parameter as its node tells it.
+/// A parameter, as printed by the command `parameters` of its node.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Parameter {
-    /// As ROS has it, such as `max_steps`.
+    /// ROS name, e.g. `max_steps`.
     pub name: String,
-    /// What it is for.
+    /// Description for the user.
     pub description: String,
-    /// What kind of value it takes, in words.
+    /// Type of the value, e.g. `an integer`.
     pub expected: String,
-    /// The value with the arguments that the node was given.
+    /// Value that results from the node's arguments.
     pub value: Value,
-    /// The value that it has otherwise.
+    /// Default value.
     pub default: Value,
-    /// The values of a string, if they can be listed.
+    /// Valid values of a string parameter; empty if every string is valid.
     pub choices: Vec<String>,
-    /// The least and the greatest value of a number.
+    /// Minimum and maximum of a numeric parameter; `None` if the parameter has no range.
     pub range: Option<(f64, f64)>,
 }
 
-/// The parameters of a node, by their names.
+/// The parameters of a node, by name.
 #[derive(Clone, Debug, Default)]
 pub struct Parameters(BTreeMap<String, Parameter>);
 
 impl Parameters {
-    /// Asks a node; `command` is one of its own, if it has several. The error is the node's: what is
-    /// wrong with the arguments, and what would be right.
-    pub fn of(
+    /// Queries a node for its parameters and their values with the given arguments. `command` is
+    /// required for a node that has several commands.
+    ///
+    /// # Errors
+    ///
+    /// Returns the error message of the node if it rejects the arguments, or an error if the node
+    /// cannot be started or its output is not valid.
+    pub fn query(
         node: &Path,
         command: Option<&str>,
         arguments: &[String],
@@ -43,42 +48,43 @@ impl Parameters {
             .args(command)
             .args(arguments)
             .output()
-            .with_context(|| node.display().to_string())?;
+            .with_context(|| format!("cannot start {}", node.display()))?;
         if !output.status.success() {
             let error = String::from_utf8_lossy(&output.stderr);
             let error = error.trim();
+            // The name of the node is removed from the message.
             bail!("{}", error.split_once(": ").map_or(error, |(_, reason)| reason));
         }
-        let all: Vec<Parameter> = serde_json::from_slice(&output.stdout)
-            .with_context(|| format!("what {} says of its parameters", node.display()))?;
-        Ok(Parameters(all.into_iter().map(|one| (one.name.clone(), one)).collect()))
+        let parameters: Vec<Parameter> = serde_json::from_slice(&output.stdout)
+            .with_context(|| format!("invalid output of '{} parameters'", node.display()))?;
+        Ok(Parameters(parameters.into_iter().map(|one| (one.name.clone(), one)).collect()))
     }
 
-    /// The parameters.
+    /// Returns the parameters in alphabetical order.
     pub fn iter(&self) -> impl Iterator<Item = &Parameter> {
         self.0.values()
     }
 
-    /// The value of a parameter; null if there is none.
+    /// Returns the value of a parameter, or null if there is no such parameter.
     pub fn value(&self, name: &str) -> &Value {
         self.0.get(name).map_or(&Value::Null, |parameter| &parameter.value)
     }
 
-    /// The value of a string parameter; empty if there is none.
+    /// Returns the value of a string parameter, or an empty string if there is no such parameter.
     pub fn text(&self, name: &str) -> &str {
         self.value(name).as_str().unwrap_or_default()
     }
 
-    /// The value of a parameter that counts something; 0 if there is none.
+    /// Returns the value of a non-negative integer parameter, or 0 if there is no such parameter.
     pub fn count(&self, name: &str) -> u64 {
         self.value(name).as_u64().unwrap_or_default()
     }
 }
 
-/// `-p NAME:=VALUE` of a value that a person has written.
+/// Returns the ROS arguments `-p NAME:=VALUE` for a value from the command line.
 pub fn assignment(parameter: &Parameter, value: &str) -> [String; 2] {
     let value = match parameter.default {
-        // As a string in YAML, which a value would otherwise be read as.
+        // Quoted, because YAML would read a value such as 1 or true as another type.
         Value::String(_) => format!("'{}'", value.replace('\'', "''")),
         _ => value.to_owned(),
     };

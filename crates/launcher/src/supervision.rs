@@ -1,9 +1,11 @@
-//! Keeps simulators alive, runs an agent beside them, and ends all when it ends.
+//! Runs simulators and an agent, restarts those that fail, and stops the simulators when the agent
+//! exits.
 
 use std::{
     future,
     os::unix::process::ExitStatusExt,
     path::PathBuf,
+    pin::pin,
     process::{ExitCode, ExitStatus},
     time::{Duration, Instant},
 };
@@ -14,36 +16,40 @@ use tokio::{
     time::sleep,
 };
 
-use crate::{children::Node, readiness::Readiness};
+use crate::{
+    children::Node,
+    readiness::{Readiness, all_ready},
+};
 
-/// A simulator that has failed is started again after this time.
-const PAUSE: Duration = Duration::from_secs(1);
-/// One that ends sooner after its start than this has failed to start.
-const SHORT_LIFE: Duration = Duration::from_secs(10);
-/// The number of consecutive failures to start after which it is given up.
-const MOST_FAILURES: u32 = 10;
-/// How often an agent that has failed is started again.
-const MOST_RESTARTS: u32 = 3;
-/// The exit code of a panic.
-const PANIC: i32 = 101;
-/// SIGABRT: for want of memory, or a panic outside of Rust's hands.
-const ABORT: i32 = 6;
+/// Delay before a simulator is restarted.
+const RESTART_DELAY: Duration = Duration::from_secs(1);
+/// A simulator that has run for this long is considered stable, and its failure count is reset.
+const STABLE_AFTER: Duration = Duration::from_secs(10);
+/// Number of consecutive failures after which a simulator is no longer restarted.
+const MAX_FAILURES: u32 = 10;
+/// Maximum number of restarts of the agent.
+const MAX_RESTARTS: u32 = 3;
+/// Exit code of a Rust program that panics.
+const PANIC_EXIT_CODE: i32 = 101;
+/// Signal number of SIGABRT. A node aborts if it exceeds its memory limit or if a panic cannot
+/// unwind.
+const SIGABRT: i32 = 6;
 
-/// Which nodes to run.
+/// The nodes to run.
 pub struct Plan {
-    /// The program of the simulator, and the arguments of each; none for a robot.
+    /// Program of the simulator.
     pub simulator: PathBuf,
-    /// The arguments of each simulator.
+    /// Arguments of each simulator; empty if the agent drives a robot.
     pub simulators: Vec<Vec<String>>,
-    /// The program of the agent.
+    /// Program of the agent.
     pub agent: PathBuf,
-    /// Its arguments.
+    /// Arguments of the agent.
     pub agent_arguments: Vec<String>,
-    /// Where a training has its checkpoints, if this is one: an agent that has failed goes on from there.
+    /// Checkpoint of a training run. A restarted agent resumes from it if the file exists.
     pub checkpoint: Option<PathBuf>,
 }
 
-/// Why this process is to end.
+/// The signals that stop all nodes: SIGINT, SIGTERM and SIGHUP.
 struct Signals {
     interrupt: Signal,
     terminate: Signal,
@@ -59,6 +65,7 @@ impl Signals {
         })
     }
 
+    /// Waits for any of the signals.
     async fn any(&mut self) {
         tokio::select! {
             _ = self.interrupt.recv() => {}
@@ -68,104 +75,105 @@ impl Signals {
     }
 }
 
-/// A simulator, and how often it has failed.
+/// A supervised simulator.
 struct Simulator<'a> {
     plan: &'a Plan,
-    readiness: &'a Readiness,
+    readiness: Readiness,
     arguments: &'a [String],
     node: Node,
     started: Instant,
+    /// Number of consecutive exits; a run of at least [`STABLE_AFTER`] resets it.
     failures: u32,
 }
 
 impl<'a> Simulator<'a> {
-    fn start(
-        plan: &'a Plan,
-        arguments: &'a [String],
-        readiness: &'a Readiness,
-    ) -> anyhow::Result<Simulator<'a>> {
-        let node = Node::start(&plan.simulator, arguments, readiness)?;
+    fn start(plan: &'a Plan, arguments: &'a [String]) -> anyhow::Result<Simulator<'a>> {
+        let readiness = Readiness::listen()?;
+        let node = Node::start(&plan.simulator, arguments, &readiness)?;
         Ok(Simulator { plan, readiness, arguments, node, started: Instant::now(), failures: 0 })
     }
 
-    /// Keeps it alive; returns once it is given up.
-    async fn watch(&mut self) -> anyhow::Error {
+    /// Restarts the simulator whenever it exits. Returns the error that prevents a restart.
+    async fn supervise(&mut self) -> anyhow::Error {
         loop {
-            match self.start_again().await {
+            match self.restart_after_exit().await {
                 Ok(()) => {}
-                Err(given_up) => return given_up,
+                Err(error) => return error,
             }
         }
     }
 
-    /// Waits until it ends, and starts it again.
-    async fn start_again(&mut self) -> anyhow::Result<()> {
+    /// Waits until the simulator exits, and restarts it.
+    async fn restart_after_exit(&mut self) -> anyhow::Result<()> {
         let status = self.node.wait().await?;
-        if self.started.elapsed() >= SHORT_LIFE {
+        if self.started.elapsed() >= STABLE_AFTER {
             self.failures = 0;
         }
         self.failures += 1;
-        if self.failures == MOST_FAILURES {
+        if self.failures == MAX_FAILURES {
             anyhow::bail!(
-                "sim_node has ended {MOST_FAILURES} times in a row, the last time with {status}"
+                "sim_node exited {MAX_FAILURES} times in a row, the last time with {status}"
             );
         }
-        eprintln!("evac: sim_node has ended with {status}; it is started again");
-        sleep(PAUSE).await;
-        self.node = Node::start(&self.plan.simulator, self.arguments, self.readiness)?;
+        eprintln!("evac: sim_node exited with {status}; restarting it");
+        sleep(RESTART_DELAY).await;
+        self.node = Node::start(&self.plan.simulator, self.arguments, &self.readiness)?;
         self.started = Instant::now();
         Ok(())
     }
 }
 
-/// Runs the nodes until the agent ends, which gives the exit code.
+/// Runs the nodes until the agent exits or a signal arrives, and returns the agent's exit code.
+///
+/// # Errors
+///
+/// Returns an error if a node cannot be started, or if a simulator fails repeatedly.
 pub async fn run(plan: &Plan) -> anyhow::Result<ExitCode> {
-    let readiness = Readiness::listen()?;
     let mut simulators = Vec::new();
     for arguments in &plan.simulators {
-        simulators.push(Simulator::start(plan, arguments, &readiness)?);
+        simulators.push(Simulator::start(plan, arguments)?);
     }
-    let outcome = run_agent(plan, &readiness, &mut simulators).await;
+    let outcome = run_agent(plan, &mut simulators).await;
     for simulator in &simulators {
         simulator.node.terminate();
     }
     for simulator in &mut simulators {
-        let _ = simulator.node.end().await;
+        let _ = simulator.node.stop().await;
     }
     outcome
 }
 
-/// Runs the agent, as soon as the simulators are ready, and again if it fails.
-async fn run_agent(
-    plan: &Plan,
-    readiness: &Readiness,
-    simulators: &mut [Simulator<'_>],
-) -> anyhow::Result<ExitCode> {
+/// Starts the agent when all simulators are ready, and restarts it if it crashes.
+async fn run_agent(plan: &Plan, simulators: &mut [Simulator<'_>]) -> anyhow::Result<ExitCode> {
     let mut signals = Signals::new()?;
+    let readiness = Readiness::listen()?;
+    let ready = all_ready(simulators.iter().map(|simulator| simulator.readiness.watch()).collect());
+    // A single future for the whole run: a new one would lose a restart that is in progress.
+    let mut supervision = pin!(supervise_all(simulators));
     tokio::select! {
-        () = readiness.of(simulators.len()) => {}
-        given_up = any_given_up(simulators) => return Err(given_up),
+        () = ready => {}
+        error = &mut supervision => return Err(error),
         () = signals.any() => return Ok(ExitCode::SUCCESS),
     }
     let mut arguments = plan.agent_arguments.clone();
     for restarts in 0.. {
-        let mut agent = Node::start(&plan.agent, &arguments, readiness)?;
+        let mut agent = Node::start(&plan.agent, &arguments, &readiness)?;
         let status = tokio::select! {
             status = agent.wait() => status?,
-            given_up = any_given_up(simulators) => {
-                let _ = agent.end().await;
-                return Err(given_up);
+            error = &mut supervision => {
+                let _ = agent.stop().await;
+                return Err(error);
             }
-            () = signals.any() => return Ok(code(agent.end().await?)),
+            () = signals.any() => return Ok(exit_code(agent.stop().await?)),
         };
-        // What an agent says to be an error would be one again.
-        let failed = status.code() == Some(PANIC) || status.signal() == Some(ABORT);
-        if !failed || restarts == MOST_RESTARTS {
-            return Ok(code(status));
+        // Any other exit is a success, or an error that would recur after a restart.
+        let crashed = status.code() == Some(PANIC_EXIT_CODE) || status.signal() == Some(SIGABRT);
+        if !crashed || restarts == MAX_RESTARTS {
+            return Ok(exit_code(status));
         }
-        let times = restarts + 1;
         eprintln!(
-            "evac: agent_node has failed; it is started again ({times} of at most {MOST_RESTARTS} times)"
+            "evac: agent_node crashed; restarting it ({} of at most {MAX_RESTARTS} restarts)",
+            restarts + 1
         );
         arguments.clone_from(&plan.agent_arguments);
         if plan.checkpoint.as_ref().is_some_and(|checkpoint| checkpoint.exists()) {
@@ -175,18 +183,20 @@ async fn run_agent(
     Ok(ExitCode::FAILURE)
 }
 
-/// Keeps them alive; returns once one of them is given up.
-async fn any_given_up(simulators: &mut [Simulator<'_>]) -> anyhow::Error {
-    let mut watched: FuturesUnordered<_> = simulators.iter_mut().map(Simulator::watch).collect();
-    match watched.next().await {
-        Some(given_up) => given_up,
-        // There is a robot.
+/// Restarts the simulators whenever they exit. Returns the first error that prevents a restart;
+/// without simulators, never returns.
+async fn supervise_all(simulators: &mut [Simulator<'_>]) -> anyhow::Error {
+    let mut supervised: FuturesUnordered<_> =
+        simulators.iter_mut().map(Simulator::supervise).collect();
+    match supervised.next().await {
+        Some(error) => error,
         None => future::pending().await,
     }
 }
 
-/// The exit code of a program that ends as its agent did.
-fn code(status: ExitStatus) -> ExitCode {
+/// Converts the exit status of the agent to the exit code of `evac`: 128 plus the signal number
+/// if a signal ended the agent, as in a shell.
+fn exit_code(status: ExitStatus) -> ExitCode {
     let code = status.code().unwrap_or_else(|| 128 + status.signal().unwrap_or_default());
     ExitCode::from(u8::try_from(code).unwrap_or(u8::MAX))
 }

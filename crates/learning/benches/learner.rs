@@ -1,12 +1,14 @@
-//! The learner's part of a step, by what it is made of: `cargo bench --package learning`.
+//! Benchmarks of the operations that the learner performs in each step. Run them with
+//! `cargo bench --package learning`.
 //!
-//! Both presets, with a full memory.
+//! Each benchmark runs with both presets. If it uses a replay memory, the replay memory is full.
 
 use divan::{Bencher, black_box};
 use learning::{
+    backend::Network,
     dyna_q::DynaQ,
     network::QNetwork,
-    observation::{History, View, input_size},
+    observation::{Augmentation, History, input_size},
     perceptron::Perceptron,
     replay_memory::ReplayMemory,
     sequence::Sequence,
@@ -18,40 +20,43 @@ fn main() {
     divan::main();
 }
 
-/// An image unlike those of other numbers.
+/// Returns an image whose bytes depend on `number`.
 fn image(number: usize) -> Image {
     let bytes: Vec<u8> = (0..Image::BYTES).map(|index| (number * 31 + index * 7) as u8).collect();
-    Image::try_from(bytes.as_slice()).expect("it has the size of an image")
+    Image::try_from(bytes.as_slice()).expect("the buffer has the size of an image")
 }
 
-/// Actions and what they led to.
-fn experiences(settings: &Settings) -> impl Iterator<Item = (Action, Step)> {
+/// Returns enough actions and steps to fill the replay memory.
+fn transitions(settings: &Settings) -> impl Iterator<Item = (Action, Step)> {
     (1..=settings.replay.capacity).map(|number| {
-        let action = Action::try_from((number % Action::COUNT) as u8).expect("below the count");
+        let action = Action::try_from((number % Action::COUNT) as u8)
+            .expect("the index is below the number of actions");
         let (terminated, blocked) = (number % 40 == 0, number % 9 == 0);
         let image = image(number);
         (action, Step { image, reward: -0.1, terminated, truncated: false, blocked })
     })
 }
 
+/// Returns a learner with a full replay memory.
 fn learner(preset: Preset) -> DynaQ {
     let settings = preset.settings();
     let mut learner = DynaQ::new(settings.clone(), 0, 1).expect("the preset describes a network");
     let mut state = learner.begin_episode(&image(0));
-    for (action, step) in experiences(&settings) {
-        state = learner.remember(state, action, &step);
+    for (action, step) in transitions(&settings) {
+        state = learner.store(state, action, &step);
     }
     learner
 }
 
-/// The whole update: the draw, the batch, three passes and Adam.
+/// Performs an update: samples a batch, reads its observations, and runs two forward passes and one
+/// step of Adam.
 #[divan::bench(args = Preset::ALL, sample_size = 100)]
 fn update(bencher: Bencher, preset: Preset) {
     let mut learner = learner(preset);
     bencher.bench_local(|| learner.plan());
 }
 
-/// The values of one state, and the choice by them.
+/// Computes the action values of one state and selects the greedy action.
 #[divan::bench(args = Preset::ALL, sample_size = 1000)]
 fn inference(bencher: Bencher, preset: Preset) {
     let mut learner = learner(preset);
@@ -59,22 +64,22 @@ fn inference(bencher: Bencher, preset: Preset) {
     bencher.bench_local(|| learner.act(&[(black_box(state), 0.0)]));
 }
 
-/// The indices of a batch.
+/// Samples the indices of a batch.
 #[divan::bench(args = Preset::ALL, sample_size = 1000)]
-fn draw(bencher: Bencher, preset: Preset) {
+fn sample(bencher: Bencher, preset: Preset) {
     let settings = preset.settings();
     let mut memory =
         ReplayMemory::new(settings.replay.capacity, 1, settings.network.observation_frames);
     let mut state = memory.begin_episode(&image(0));
-    for (action, Step { reward, terminated, image, .. }) in experiences(&settings) {
+    for (action, Step { reward, terminated, image, .. }) in transitions(&settings) {
         state = memory.store(state, action, reward, terminated, &image);
     }
     let mut batch = vec![0; settings.replay.batch_size];
     let mut random = Sequence::Replay.random(0);
-    bencher.bench_local(|| memory.draw(&mut batch, 0, &mut random));
+    bencher.bench_local(|| memory.sample(&mut batch, 0, &mut random));
 }
 
-/// The observations of a batch as a network's inputs.
+/// Converts a batch of observations to network inputs.
 #[divan::bench(args = Preset::ALL, sample_size = 1000)]
 fn observations(bencher: Bencher, preset: Preset) {
     let Settings { network, replay, .. } = preset.settings();
@@ -93,7 +98,7 @@ fn observations(bencher: Bencher, preset: Preset) {
     }
     bencher.bench_local(|| {
         let observations =
-            black_box(&histories).iter().map(|history| (history.past(), View::PLAIN));
+            black_box(&histories).iter().map(|history| (history.past(), Augmentation::NONE));
         activations.read_observations(frames, observations);
     });
 }

@@ -1,4 +1,4 @@
-//! A policy that drives a robot by nothing but its images: which of them it answers, and with what.
+//! A policy in deployment: decides which images in a stream to act on, and with which action.
 
 use std::time::Duration;
 
@@ -6,49 +6,79 @@ use task::{Action, Image};
 
 use super::{dyna_q::Decision, policy::Policy};
 
-/// An image so much older than the one before is of a robot that was started anew: its clock, too,
-/// began again. What is less old has only been overtaken on the way.
+/// If an image is older than the latest one by more than this, the robot's clock has restarted. If
+/// the difference is smaller, the image was delivered out of order.
 const RESTART: Duration = Duration::from_secs(1);
 
-/// A policy at the wheel.
+/// Drives a robot with a policy, based on a stream of timestamped images.
 ///
-/// It answers an image only once the robot has done what it was told last: an image that was taken
-/// while it moves says where it was, not where it will be.
+/// The driver acts on an image only if it was taken after the robot completed the previous action:
+/// an image taken during a move shows an intermediate pose.
+///
+/// # Examples
+///
+/// ```
+/// use std::time::Duration;
+///
+/// use learning::{
+///     architectures::backend,
+///     driver::{Driver, Reaction},
+///     policy::Policy,
+///     settings::Preset,
+/// };
+/// use task::{Image, Random};
+///
+/// let settings = Preset::Robust.settings();
+/// let backend = backend(&settings, &mut Random::from_key([0; 4]))?;
+/// let policy = Policy::new(backend.train().clone_box(), &settings);
+/// let mut driver = Driver::new(policy, Duration::from_millis(100));
+///
+/// let image = Image::try_from(vec![0u8; Image::BYTES])?;
+/// let reaction = driver.process_image(Duration::from_millis(5000), image.clone());
+/// assert!(matches!(reaction, Reaction::Drive(_)));
+/// assert_eq!(driver.process_image(Duration::from_millis(5050), image.clone()), Reaction::Moving);
+/// assert_eq!(driver.process_image(Duration::from_millis(5020), image), Reaction::OutOfOrder);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Driver {
     policy: Policy,
     settle_time: Duration,
-    /// The stamp of the latest image, since the robot's start.
+    /// The stamp of the latest image since the robot's clock restarted.
     latest: Option<Duration>,
-    /// The stamp of the image that was answered last, and the answer.
+    /// The stamp of the last image that was acted on, and the action taken.
     answered: Option<(Duration, Action)>,
 }
 
-/// What an image is good for.
+/// The response of a [`Driver`] to an image.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Reaction {
-    /// The robot shall do this.
+    /// The robot must take the action in this decision.
     Drive(Decision),
-    /// It still does what it was told last.
+    /// Ignored: the robot is still executing the previous action.
     Moving,
-    /// A later image is known already.
-    Late,
+    /// Ignored: a duplicate, or older than an image that was already processed.
+    OutOfOrder,
 }
 
 impl Driver {
-    /// A driver who leaves the robot so much time for a move: from the image that is answered to
-    /// one that shows the end of it.
+    /// Creates a driver that has not received any images.
+    ///
+    /// `settle_time` is the minimum time between the stamp of an image that is acted on and the
+    /// stamp of the first image that shows the completed action.
     pub fn new(policy: Policy, settle_time: Duration) -> Driver {
         Driver { policy, settle_time, latest: None, answered: None }
     }
 
-    /// An image, and when it was taken.
-    pub fn see(&mut self, stamp: Duration, image: Image) -> Reaction {
+    /// Processes an image that was taken at `stamp`, a time on the robot's clock.
+    ///
+    /// If the clock has restarted, a new episode begins.
+    pub fn process_image(&mut self, stamp: Duration, image: Image) -> Reaction {
         if self.latest.is_some_and(|latest| stamp + RESTART < latest) {
             (self.latest, self.answered) = (None, None);
         }
         if self.latest.is_some_and(|latest| stamp <= latest) {
-            return Reaction::Late;
+            return Reaction::OutOfOrder;
         }
         self.latest = Some(stamp);
         match self.answered {
@@ -65,7 +95,10 @@ impl Driver {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{network::QNetwork, observation::input_size, sequence::Sequence, settings::Preset};
+    use crate::{
+        network::QNetwork, observation::input_size, perceptron::Perceptron, sequence::Sequence,
+        settings::Preset,
+    };
 
     fn image(brightness: u8) -> Image {
         Image::try_from([brightness; Image::BYTES].as_slice()).unwrap()
@@ -76,7 +109,8 @@ mod tests {
         let inputs = input_size(settings.network.observation_frames);
         let mut random = Sequence::Weights.random(1);
         let network = QNetwork::new(inputs, &settings.network.hidden_layers, &mut random).unwrap();
-        Policy::new(&network.randomized(2), &settings).unwrap()
+        let network = Perceptron::new(&network.randomized(2)).unwrap();
+        Policy::new(Box::new(network), &settings)
     }
 
     fn at(milliseconds: u64) -> Duration {
@@ -84,27 +118,27 @@ mod tests {
     }
 
     #[test]
-    fn it_answers_what_is_settled_and_nothing_twice() {
+    fn acts_only_on_new_images_taken_after_the_settle_time() {
         let mut driver = Driver::new(policy(), at(100));
-        let mut alone = policy();
-        alone.begin(image(1));
-        let first = alone.decide();
-        assert_eq!(driver.see(at(5000), image(1)), Reaction::Drive(first.clone()));
-        // What comes while the robot moves is neither answered nor remembered.
-        assert_eq!(driver.see(at(5050), image(7)), Reaction::Moving);
-        assert_eq!(driver.see(at(5050), image(7)), Reaction::Late);
-        assert_eq!(driver.see(at(4990), image(7)), Reaction::Late);
-        alone.observe(first.action, image(2));
-        assert_eq!(driver.see(at(5100), image(2)), Reaction::Drive(alone.decide()));
+        let mut reference = policy();
+        reference.begin(image(1));
+        let first = reference.decide();
+        assert_eq!(driver.process_image(at(5000), image(1)), Reaction::Drive(first.clone()));
+        // An image taken while the robot moves is neither acted on nor added to the observation.
+        assert_eq!(driver.process_image(at(5050), image(7)), Reaction::Moving);
+        assert_eq!(driver.process_image(at(5050), image(7)), Reaction::OutOfOrder);
+        assert_eq!(driver.process_image(at(4990), image(7)), Reaction::OutOfOrder);
+        reference.observe(first.action, image(2));
+        assert_eq!(driver.process_image(at(5100), image(2)), Reaction::Drive(reference.decide()));
     }
 
     #[test]
-    fn a_robot_that_was_started_anew_has_no_past() {
+    fn begins_a_new_episode_when_the_clock_restarts() {
         let mut driver = Driver::new(policy(), at(100));
-        driver.see(at(60_000), image(1));
-        driver.see(at(60_200), image(2));
-        let mut fresh = policy();
-        fresh.begin(image(3));
-        assert_eq!(driver.see(at(500), image(3)), Reaction::Drive(fresh.decide()));
+        driver.process_image(at(60_000), image(1));
+        driver.process_image(at(60_200), image(2));
+        let mut reference = policy();
+        reference.begin(image(3));
+        assert_eq!(driver.process_image(at(500), image(3)), Reaction::Drive(reference.decide()));
     }
 }

@@ -1,99 +1,132 @@
-//! The learner: two networks, a memory, and what is done with them at each step.
+//! The learner: chooses actions, stores transitions and updates the networks.
 
 use candle_core::Result;
+use pulp::Arch;
 use task::{Action, Image, Random, Step};
 
 use super::{
+    activations::Activations,
+    architectures::backend,
+    backend::{Backend, Network},
     greedy::{ActionSet, greedy_action},
-    network::QNetwork,
-    observation::{View, input_size},
-    perceptron::{Activations, Adam, Arch, Perceptron},
+    observation::Augmentation,
     replay_memory::ReplayMemory,
     sequence::Sequence,
     settings::{OptimizerSettings, ReplaySettings, Settings, TargetUpdate},
     valuation::Valuation,
 };
 
-/// What the agent does in a state, and why.
+/// The action for a state, and how it was chosen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Decision {
-    /// The action.
+    /// The chosen action.
     pub action: Action,
-    /// What the seven actions are worth to the training network.
+    /// The values of the seven actions according to the network.
     pub values: [f32; Action::COUNT],
-    /// Whether chance chose the action, and not its value.
+    /// Whether the action is random; otherwise it is greedy.
     pub explored: bool,
 }
 
-/// Deep Dyna-Q.
+/// A deep Dyna-Q learner.
+///
+/// It does not step environments itself; [`Training`](crate::training::Training) runs the loop.
+/// Images are referred to by their numbers in the replay memory.
+///
+/// # Examples
+///
+/// One step of the loop:
+///
+/// ```
+/// use learning::{dyna_q::DynaQ, settings::Preset};
+/// use task::{Image, STEP_REWARD, Step};
+///
+/// let settings = Preset::Paper.settings().with(|s| s.replay.batch_size = 1);
+/// let mut learner = DynaQ::new(settings, 1, 1)?;
+/// let image = Image::try_from(vec![0u8; Image::BYTES])?;
+/// let state = learner.begin_episode(&image);
+///
+/// let epsilon = 0.5;
+/// let decision = learner.act(&[(state, epsilon)]).remove(0);
+/// let (terminated, truncated, blocked) = (false, true, false);
+/// let step = Step { image, reward: STEP_REWARD, terminated, truncated, blocked };
+/// learner.store(state, decision.action, &step);
+/// let loss = learner.plan();
+/// assert!(loss.is_some());
+/// learner.end_episode();
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct DynaQ {
     pub(super) settings: Settings,
-    /// `w_train`
-    pub(super) train: Perceptron,
-    /// `w_target`
-    pub(super) target: Perceptron,
-    pub(super) adam: Adam,
+    pub(super) backend: Box<dyn Backend>,
     pub(super) memory: ReplayMemory,
     pub(super) exploration_random: Random,
     pub(super) replay_random: Random,
-    /// The forward pass of the state in each room.
+    /// The buffers for the forward pass over the current states, one state per environment.
     valuation: Valuation,
-    /// That of a batch.
+    /// The buffers for a forward pass over a batch.
     pub(super) batch_activations: Activations,
-    /// The indices of the batch that was drawn last.
+    /// The replay memory indices of the latest batch, `[batch]`.
     pub(super) batch: Vec<usize>,
-    /// `R + gamma Q(s', a'; w_target)` for each experience of it.
+    /// `R + gamma Q(s', a'; w_target)` for each transition of the batch.
     targets: Vec<f32>,
-    /// `a'`, the best action in each next state.
+    /// `a'`, the best action in the next state of each transition of the batch.
     choices: Vec<Action>,
-    /// How each experience is looked at.
-    pub(super) views: Vec<View>,
+    /// The augmentation of each transition of the batch.
+    pub(super) augmentations: Vec<Augmentation>,
 }
 
 impl DynaQ {
-    /// A learner that knows nothing, and learns in so many rooms at once; its target network starts
-    /// as a copy of the training network.
-    pub fn new(settings: Settings, seed: u64, rooms: usize) -> Result<DynaQ> {
+    /// Creates a learner with random weights and an empty replay memory, for `environments`
+    /// interleaved environments. `seed` is the seed of the run.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the settings do not describe a valid network.
+    pub fn new(settings: Settings, seed: u64, environments: usize) -> Result<DynaQ> {
         let mut random = Sequence::Weights.random(seed);
         let frames = settings.network.observation_frames;
-        let network =
-            QNetwork::new(input_size(frames), &settings.network.hidden_layers, &mut random)?;
-        let train = Perceptron::new(&network)?;
+        let backend = backend(&settings, &mut random)?;
         let batch = settings.replay.batch_size;
         Ok(DynaQ {
-            memory: ReplayMemory::new(settings.replay.capacity, rooms, frames),
+            memory: ReplayMemory::new(settings.replay.capacity, environments, frames),
             exploration_random: Sequence::Exploration.random(seed),
             replay_random: Sequence::Replay.random(seed),
-            adam: Adam::new(&train, batch, &settings.optimizer),
-            valuation: Valuation::new(&train, frames, settings.replay.mirror, rooms),
+            valuation: Valuation::new(
+                backend.train(),
+                frames,
+                settings.replay.mirror,
+                environments,
+            ),
             settings,
-            target: train.clone(),
-            batch_activations: train.activations(batch),
+            batch_activations: backend.train().activations(batch),
             batch: vec![0; batch],
             targets: vec![0.0; batch],
             choices: vec![Action::default(); batch],
-            views: vec![View::PLAIN; batch],
-            train,
+            augmentations: vec![Augmentation::NONE; batch],
+            backend,
         })
     }
 
-    /// Computes by these vector instructions from now on, and not by the widest that there are. It
-    /// changes no result ([`arches`](crate::perceptron::arches)).
+    /// Selects the vector instructions to use; by default, the widest that the processor supports.
+    /// This does not change the results of the kernels ([`arches`](crate::perceptron::arches)).
     pub fn set_arch(&mut self, arch: Arch) {
-        self.train.set_arch(arch);
-        self.target.set_arch(arch);
+        self.backend.set_arch(arch);
         self.valuation.set_arch(arch);
         self.batch_activations.set_arch(arch);
     }
 
-    /// Chooses an action in each room, given the number of what is seen there and epsilon: with
-    /// probability epsilon any action that is not left out, each alike, otherwise the best of these.
-    /// There are at most as many as the learner was made for.
+    /// Chooses an action in each environment (epsilon-greedy).
+    ///
+    /// Each element of `states` consists of the image number of a state and the value of epsilon.
+    /// With probability epsilon, the action is uniformly random; otherwise, it is the action with
+    /// the highest value. Actions excluded by
+    /// [`avoid_repetition`](crate::settings::ExplorationSettings::avoid_repetition) are never
+    /// chosen. `states` must not contain more than one state per environment.
     pub fn act(&mut self, states: &[(u64, f64)]) -> Vec<Decision> {
         let memory = &self.memory;
-        let values =
-            self.valuation.of(&self.train, states.iter().map(|(state, _)| memory.past(*state)));
+        let pasts = states.iter().map(|(state, _)| memory.past(*state));
+        let values = self.valuation.of(self.backend.train(), pasts);
         let random = &mut self.exploration_random;
         let decide = |((state, epsilon), values): (&(u64, f64), [f32; Action::COUNT])| {
             let excluded = match self.settings.exploration.avoid_repetition {
@@ -110,103 +143,116 @@ impl DynaQ {
         states.iter().zip(values).map(decide).collect()
     }
 
-    /// The first state of an episode; returns its number.
+    /// Stores the first image of an episode and returns its number.
     pub fn begin_episode(&mut self, state: &Image) -> u64 {
         self.memory.begin_episode(state)
     }
 
-    /// Stores the experience `(s, a, s', R)`, given the number of `s`; returns that of `s'`.
-    pub fn remember(&mut self, state: u64, action: Action, step: &Step) -> u64 {
-        let extra = if step.blocked { self.settings.replay.blocked_reward as f32 } else { 0.0 };
-        self.memory.store(state, action, step.reward + extra, step.terminated, &step.image)
+    /// Stores the transition `(s, a, s', R)`, where `state` is the number of `s`, and returns the
+    /// number of `s'`.
+    ///
+    /// # Panics
+    ///
+    /// Panics if no image with the number `state` is stored.
+    pub fn store(&mut self, state: u64, action: Action, step: &Step) -> u64 {
+        let penalty = if step.blocked { self.settings.replay.blocked_reward as f32 } else { 0.0 };
+        self.memory.store(state, action, step.reward + penalty, step.terminated, &step.image)
     }
 
-    /// Experience replay: one update of the training network from a batch of memories. Returns the
-    /// loss, or `None` while there are too few memories.
+    /// Performs experience replay: updates the training network from a batch of stored transitions.
+    /// Returns the loss, or `None` if there are too few transitions.
     pub fn plan(&mut self) -> Option<f32> {
-        self.draw(0).then(|| self.update())
+        self.sample(0).then(|| self.update())
     }
 
-    /// Draws the batch of an update; false while there are too few memories. It is that of an update
-    /// after `more` further experiences, which need not be there yet.
-    pub(super) fn draw(&mut self, more: usize) -> bool {
+    /// Samples the batch for an update, and its augmentations. Returns false if there are too few
+    /// transitions.
+    ///
+    /// The batch is sampled as if `more` further transitions had already been stored.
+    pub(super) fn sample(&mut self, more: usize) -> bool {
         let random = &mut self.replay_random;
-        let is_drawn = self.memory.draw(&mut self.batch, more, random);
+        let is_sampled = self.memory.sample(&mut self.batch, more, random);
         let observation_frames = self.settings.network.observation_frames;
         let ReplaySettings { mirror, history_dropout, .. } = self.settings.replay;
-        // No number is drawn for what a preset does without.
-        if is_drawn && (mirror || history_dropout > 0.0) {
-            for view in &mut self.views {
-                view.mirrored = mirror && random.chance(0.5);
-                view.frames = match random.chance(history_dropout) {
+        // Without augmentation, no random numbers are drawn.
+        if is_sampled && (mirror || history_dropout > 0.0) {
+            for augmentation in &mut self.augmentations {
+                augmentation.mirrored = mirror && random.chance(0.5);
+                augmentation.frames = match random.chance(history_dropout) {
                     true => 1 + random.below(observation_frames),
                     false => observation_frames,
                 };
             }
         }
-        is_drawn
+        is_sampled
     }
 
-    /// Whether the batch needs one of the next experiences, so many of them.
+    /// Returns whether the batch contains any of the next `more` transitions to be stored.
     pub(super) fn batch_needs_next(&self, more: usize) -> bool {
         self.batch.iter().any(|index| self.memory.is_among_next(*index, more))
     }
 
-    /// One update of the training network from the batch that was drawn. Returns the loss, the mean
-    /// over the batch of `(R + gamma max_a' Q(s', a'; w_target) - Q(s, a; w_train))^2` (eq. 5);
-    /// nothing is changed if it is not finite.
+    /// Updates the training network from the sampled batch and, with [`TargetUpdate::Update`], the
+    /// target network. Returns the loss: the mean of
+    /// `(R + gamma Q(s', a'; w_target) - Q(s, a; w_train))^2` over the batch (eq. 5), where `a'` is
+    /// the best action in `s'`. If the loss is not finite, the networks are unchanged.
     pub(super) fn update(&mut self) -> f32 {
         let frames = self.settings.network.observation_frames;
         let (double_q, avoid_repetition) =
             (self.settings.target.double_q, self.settings.exploration.avoid_repetition);
         let (memory, activations) = (&self.memory, &mut self.batch_activations);
         memory.fetch(&self.batch);
-        let experiences = || self.batch.iter().map(|index| memory.get(*index)).zip(&self.views);
+        let transitions =
+            || self.batch.iter().map(|index| memory.get(*index)).zip(&self.augmentations);
 
-        let next_states = experiences().map(|(e, view)| (memory.past(e.next_state), *view));
+        let next_states = transitions()
+            .map(|(transition, augmentation)| (memory.past(transition.next_state), *augmentation));
         activations.read_observations(frames, next_states);
-        let choosing = if double_q { &self.train } else { &self.target };
-        choosing.forward(activations);
-        for ((choice, values), (experience, view)) in
-            self.choices.iter_mut().zip(activations.outputs()).zip(experiences())
+        let (train, target) = (self.backend.train(), self.backend.target());
+        let selector = if double_q { train } else { target };
+        selector.forward(activations);
+        for ((choice, values), (transition, augmentation)) in
+            self.choices.iter_mut().zip(activations.outputs()).zip(transitions())
         {
             let excluded = match avoid_repetition {
-                true => view.actions(memory.frame(experience.next_state).tried),
+                true => augmentation.actions(memory.frame(transition.next_state).tried),
                 false => ActionSet::NONE,
             };
-            let (values, _padding) = values.split_first_chunk().expect("a value for each action");
+            let (values, _padding) =
+                values.split_first_chunk().expect("the output has a value for each action");
             *choice = greedy_action(values, excluded);
         }
         if double_q {
-            self.target.forward(activations);
+            target.forward(activations);
         }
-        for (((target, values), choice), (experience, _)) in
-            self.targets.iter_mut().zip(activations.outputs()).zip(&self.choices).zip(experiences())
+        for (((target, values), choice), (transition, _)) in
+            self.targets.iter_mut().zip(activations.outputs()).zip(&self.choices).zip(transitions())
         {
             let best = values[usize::from(choice.index())];
             let discount =
-                if experience.terminated { 0.0 } else { self.settings.target.discount as f32 };
-            *target = experience.reward + discount * best;
+                if transition.terminated { 0.0 } else { self.settings.target.discount as f32 };
+            *target = transition.reward + discount * best;
         }
 
-        let states = experiences().map(|(e, view)| (memory.past(e.state), *view));
+        let states = transitions()
+            .map(|(transition, augmentation)| (memory.past(transition.state), *augmentation));
         activations.read_observations(frames, states);
-        self.train.forward(activations);
-        let gradient = self.adam.output_gradient();
+        train.forward(activations);
+        let gradient = self.backend.output_gradient();
         gradient.fill(0.0);
         let mut loss = 0.0;
         let size = self.batch.len() as f32;
         let rows = gradient.chunks_exact_mut(activations.output_width());
-        for (((gradient, values), target), (experience, view)) in
-            rows.zip(activations.outputs()).zip(&self.targets).zip(experiences())
+        for (((gradient, values), target), (transition, augmentation)) in
+            rows.zip(activations.outputs()).zip(&self.targets).zip(transitions())
         {
-            let action = usize::from(view.action(experience.action).index());
+            let action = usize::from(augmentation.action(transition.action).index());
             let error = values[action] - target;
             loss += error * error / size;
             gradient[action] = 2.0 * error / size;
         }
         if loss.is_finite() {
-            self.adam.update(&mut self.train, activations);
+            self.backend.update(activations);
             if self.settings.target.update_at == TargetUpdate::Update {
                 self.update_target();
             }
@@ -214,15 +260,15 @@ impl DynaQ {
         loss
     }
 
-    /// Says how much of the training is done, from 0 to 1.
+    /// Sets Adam's step size according to the progress of training, 0 to 1.
     pub fn set_progress(&mut self, progress: f64) {
         let OptimizerSettings { learning_rate, final_learning_rate_ratio, .. } =
             self.settings.optimizer;
-        let last = learning_rate * final_learning_rate_ratio;
-        self.adam.learning_rate = learning_rate + (last - learning_rate) * progress;
+        let final_rate = learning_rate * final_learning_rate_ratio;
+        self.backend.set_learning_rate(learning_rate + (final_rate - learning_rate) * progress);
     }
 
-    /// An episode has ended.
+    /// Ends an episode and, with [`TargetUpdate::Episode`], updates the target network.
     pub fn end_episode(&mut self) {
         if self.settings.target.update_at == TargetUpdate::Episode {
             self.update_target();
@@ -231,41 +277,21 @@ impl DynaQ {
 
     /// Moves the target network towards the training network (eq. 6).
     fn update_target(&mut self) {
-        self.target.move_towards(&self.train, self.settings.target.rate as f32);
+        self.backend.update_target(self.settings.target.rate as f32);
     }
 
-    /// The network that is being trained.
-    pub fn network(&self) -> &Perceptron {
-        &self.train
-    }
-
-    /// Everything that has the shape of the network, by the prefix of its names in a checkpoint.
-    pub(super) fn parameters(&self) -> [(&'static str, &Perceptron); 4] {
-        [
-            ("train.", &self.train),
-            ("target.", &self.target),
-            ("adam.first.", &self.adam.first),
-            ("adam.second.", &self.adam.second),
-        ]
-    }
-
-    /// As [`DynaQ::parameters`].
-    pub(super) fn parameters_mut(&mut self) -> [(&'static str, &mut Perceptron); 4] {
-        [
-            ("train.", &mut self.train),
-            ("target.", &mut self.target),
-            ("adam.first.", &mut self.adam.first),
-            ("adam.second.", &mut self.adam.second),
-        ]
+    /// Returns the training network.
+    pub fn network(&self) -> &dyn Network {
+        self.backend.train()
     }
 }
 
-/// Any action that is not excluded.
+/// Returns a uniformly random action that is not excluded.
 fn random_action(random: &mut Random, excluded: ActionSet) -> Action {
-    let allowed = Action::COUNT - excluded.len();
-    let place = random.below(allowed.max(1)) as u8;
-    let mut actions = Action::ALL.into_iter().filter(|action| !excluded.contains(*action));
-    actions.nth(place.into()).unwrap_or_default()
+    let count = Action::COUNT - excluded.len();
+    let index = random.below(count.max(1));
+    let mut allowed = Action::ALL.into_iter().filter(|action| !excluded.contains(*action));
+    allowed.nth(index).unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -277,9 +303,8 @@ mod tests {
         Image::try_from([brightness; Image::BYTES].as_slice()).unwrap()
     }
 
-    fn values(network: &Perceptron, image: &Image) -> [f32; Action::COUNT] {
-        let network = network.network().unwrap();
-        let mut policy = Policy::new(&network, &Preset::Paper.settings()).unwrap();
+    fn values(network: &dyn Network, image: &Image) -> [f32; Action::COUNT] {
+        let mut policy = Policy::new(network.clone_box(), &Preset::Paper.settings());
         policy.begin(image.clone());
         policy.decide().values
     }
@@ -292,60 +317,70 @@ mod tests {
         Step { image, reward: -0.1, terminated, truncated: false, blocked: false }
     }
 
-    /// A learner with a memory of one step, `terminated` or not.
+    /// Gives the training network and the target network different random weights.
+    fn randomize(backend: &mut dyn Backend) {
+        let mut random = Random::from_key([1; 4]);
+        for (_, network) in backend.networks_mut().into_iter().take(2) {
+            let tensors = network.tensors().unwrap().into_iter();
+            let tensors = tensors.map(|(name, tensor)| {
+                (name, crate::weights::normal(tensor.dims(), 0.1, &mut random).unwrap())
+            });
+            network.read("", &tensors.collect()).unwrap();
+        }
+    }
+
+    /// Returns a learner with one stored transition.
     fn learner_after_one_step(terminated: bool) -> DynaQ {
         let settings = Preset::Paper.settings().with(|s| s.replay.batch_size = 1);
         let mut learner = DynaQ::new(settings, 5, 1).unwrap();
-        for (network, seed) in [(&mut learner.train, 1), (&mut learner.target, 2)] {
-            network.read(&network.network().unwrap().randomized(seed)).unwrap();
-        }
+        randomize(&mut *learner.backend);
         let state = learner.begin_episode(&image(50));
-        learner.remember(state, action(2), &step(image(200), terminated));
+        learner.store(state, action(2), &step(image(200), terminated));
         learner
     }
 
     #[test]
-    fn the_loss_is_equation_5_and_bootstraps_unless_terminated() {
+    fn the_loss_matches_equation_5_and_bootstraps_unless_terminated() {
         for terminated in [false, true] {
             let mut learner = learner_after_one_step(terminated);
-            let value = values(&learner.train, &image(50))[2];
-            let next = values(&learner.target, &image(200));
+            let value = values(learner.backend.train(), &image(50))[2];
+            let next = values(learner.backend.target(), &image(200));
             let best = next.iter().copied().fold(f32::MIN, f32::max);
             let target = if terminated { -0.1 } else { -0.1 + 0.999 * best };
             let expected = (target - value).powi(2);
             let loss = learner.plan().unwrap();
-            assert!((loss - expected).abs() < 1e-5 * expected.max(1.0), "{loss} {expected}");
+            assert!((loss - expected).abs() < 1e-5 * expected.max(1.0), "{loss}, not {expected}");
         }
     }
 
     #[test]
-    fn an_update_moves_the_value_towards_its_target_and_leaves_the_target_network() {
+    fn an_update_moves_only_the_training_network() {
         let mut learner = learner_after_one_step(true);
-        let target_before = values(&learner.target, &image(50));
-        let error = |learner: &DynaQ| (values(&learner.train, &image(50))[2] + 0.1).abs();
+        let target_before = values(learner.backend.target(), &image(50));
+        let error = |learner: &DynaQ| (values(learner.backend.train(), &image(50))[2] + 0.1).abs();
         let before = error(&learner);
         for _ in 0..20 {
             learner.plan();
         }
         assert!(error(&learner) < before);
-        assert_eq!(values(&learner.target, &image(50)), target_before);
+        assert_eq!(values(learner.backend.target(), &image(50)), target_before);
         learner.end_episode();
-        assert_ne!(values(&learner.target, &image(50)), target_before);
+        assert_ne!(values(learner.backend.target(), &image(50)), target_before);
     }
 
     #[test]
-    fn no_update_before_the_batch_can_be_filled() {
+    fn does_not_update_before_a_batch_is_available() {
         let mut learner = DynaQ::new(Preset::Paper.settings(), 5, 1).unwrap();
         let mut state = learner.begin_episode(&image(0));
         for number in 1..=50 {
             assert_eq!(learner.plan(), None);
-            state = learner.remember(state, action(0), &step(image(number), false));
+            state = learner.store(state, action(0), &step(image(number), false));
         }
         assert!(learner.plan().is_some());
     }
 
     #[test]
-    fn epsilon_one_explores_every_action_alike_and_zero_never_explores() {
+    fn explores_uniformly_with_epsilon_1_and_never_with_epsilon_0() {
         let mut learner = DynaQ::new(Preset::Paper.settings(), 5, 1).unwrap();
         let state = learner.begin_episode(&image(9));
         let mut counts = [0; Action::COUNT];
@@ -364,61 +399,60 @@ mod tests {
     }
 
     #[test]
-    fn deciding_for_several_rooms_at_once_is_deciding_for_one_after_the_other() {
+    fn acting_in_all_environments_at_once_equals_acting_in_each_separately() {
         for preset in Preset::ALL {
             let mut learner = DynaQ::new(preset.settings(), 5, 3).unwrap();
-            learner.train.read(&learner.train.network().unwrap().randomized(1)).unwrap();
+            randomize(&mut *learner.backend);
             let images = [image(9), image(120), image(240)];
             let states = images.iter().map(|image| learner.begin_episode(image));
             let states: Vec<(u64, f64)> = states.zip([0.5, 0.1, 0.9]).collect();
-            let mut alone = learner.clone();
+            let mut single = learner.clone();
             for _ in 0..50 {
-                let each = states.iter().flat_map(|state| alone.act(std::slice::from_ref(state)));
+                let each = states.iter().flat_map(|state| single.act(std::slice::from_ref(state)));
                 assert_eq!(learner.act(&states), each.collect::<Vec<Decision>>());
             }
         }
     }
 
-    /// Training decides as the trained policy will, by the same observation.
     #[test]
-    fn without_exploration_the_learner_does_what_the_policy_does() {
+    fn acts_like_the_policy_without_exploration() {
         for preset in Preset::ALL {
             let mut learner = DynaQ::new(preset.settings(), 5, 1).unwrap();
-            let network = learner.train.network().unwrap().randomized(3);
-            learner.train.read(&network).unwrap();
-            let mut policy = Policy::new(&network, &preset.settings()).unwrap();
+            randomize(&mut *learner.backend);
+            let network = learner.network().clone_box();
+            let mut policy = Policy::new(network, &preset.settings());
             let mut state = learner.begin_episode(&image(1));
             policy.begin(image(1));
             for number in 1..200u8 {
                 let decision = learner.act(&[(state, 0.0)]).remove(0);
                 assert_eq!(decision, policy.decide(), "{preset}, step {number}");
-                // Some images come twice, some again after a while, and some for long.
+                // Images repeat immediately, after a while, or for many steps.
                 let next = image(if number > 150 { 9 } else { number / 2 % 30 });
                 policy.observe(decision.action, next.clone());
-                state = learner.remember(state, decision.action, &step(next, false));
+                state = learner.store(state, decision.action, &step(next, false));
             }
         }
     }
 
     #[test]
-    fn what_was_tried_in_vain_is_not_repeated() {
+    fn does_not_repeat_an_action_that_did_not_change_the_image() {
         let mut learner = DynaQ::new(Preset::Robust.settings(), 5, 1).unwrap();
         let mut state = learner.begin_episode(&image(1));
         for epsilon in [0.0, 1.0] {
-            let mut done = Vec::new();
+            let mut taken = Vec::new();
             for _ in 0..Action::COUNT {
                 let decision = learner.act(&[(state, epsilon)]).remove(0);
-                assert!(!done.contains(&decision.action), "{done:?} and {:?}", decision.action);
-                done.push(decision.action);
-                state = learner.remember(state, decision.action, &step(image(1), false));
+                assert!(!taken.contains(&decision.action), "{taken:?}, {:?}", decision.action);
+                taken.push(decision.action);
+                state = learner.store(state, decision.action, &step(image(1), false));
             }
         }
     }
 
     #[test]
-    fn the_target_network_starts_as_the_training_network() {
+    fn the_target_network_starts_as_a_copy_of_the_training_network() {
         let learner = DynaQ::new(Preset::Paper.settings(), 5, 1).unwrap();
-        let (train, target) = (&learner.train, &learner.target);
+        let (train, target) = (learner.backend.train(), learner.backend.target());
         assert_eq!(values(train, &image(3)), values(target, &image(3)));
     }
 }

@@ -1,57 +1,53 @@
-//! The deep Q-network: a multilayer perceptron from an observation to the values of the seven actions.
+//! The deep Q-network of the paper: a multilayer perceptron that maps an observation to seven
+//! action values.
 //!
-//! Here it is described, initialised, named for files and, in tests, computed by candle;
-//! [`super::perceptron`] computes it in the loop.
+//! This module initializes the network, names its tensors in files and, for tests, evaluates it
+//! with candle. [`perceptron`](crate::perceptron) evaluates it during training and in policies.
 
 use std::collections::HashMap;
 
 use candle_core::{DType, Device, Module, Result, Tensor};
 use candle_nn::Linear;
 use task::{Action, Random};
-use thiserror::Error;
 
-/// A multilayer perceptron with ReLU between its layers, and none behind the last.
+use crate::weights::{WeightsError, normal, saved};
+
+/// A multilayer perceptron with ReLU after each hidden layer and a linear output layer.
 ///
-/// Weights are `[outputs, inputs]` and biases `[outputs]`, 32-bit floats; in files they are
-/// `layers.0.weight`, `layers.0.bias` and so on, from the input.
+/// Weights have the shape `[outputs, inputs]` and biases `[outputs]`, as 32-bit floats. In files
+/// they are named `layers.0.weight`, `layers.0.bias` and so on, from the input to the output.
+///
+/// # Examples
+///
+/// ```
+/// use candle_core::{DType, Device, Tensor};
+/// use learning::network::QNetwork;
+/// use task::Random;
+///
+/// let network = QNetwork::new(420, &[64, 128, 64], &mut Random::from_key([0; 4]))?;
+/// let observations = Tensor::zeros((2, 420), DType::F32, &Device::Cpu)?;
+/// assert_eq!(network.forward(&observations)?.dims(), [2, 7]);
+/// # Ok::<(), candle_core::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct QNetwork {
     layers: Vec<Linear>,
 }
 
-/// Why saved tensors are not this network's.
-#[derive(Debug, Error)]
-pub enum WeightsError {
-    /// A tensor is not there.
-    #[error("there is no tensor '{0}'")]
-    Missing(String),
-    /// A tensor belongs to a network of another form.
-    #[error("the tensor '{name}' is {found:?}: expected {expected:?}, as config.yaml describes it")]
-    Shape {
-        /// The tensor.
-        name: String,
-        /// Its shape.
-        found: Vec<usize>,
-        /// The shape of this network's.
-        expected: Vec<usize>,
-    },
-    /// A number is infinite or not a number.
-    #[error("the tensor '{0}' holds a number that is not finite")]
-    NotFinite(String),
-    /// candle's arithmetic or conversion failed.
-    #[error(transparent)]
-    Candle(#[from] candle_core::Error),
-}
-
 impl QNetwork {
-    /// A network with He-normal weights, deviation `sqrt(2 / inputs)`, before each ReLU; weights of
-    /// zero in the output layer, and biases of zero.
+    /// Creates a network with He-normal weights (standard deviation `sqrt(2 / inputs)`) in the
+    /// hidden layers, and zeros in the output layer and all biases.
     ///
-    /// The paper says nothing of initial weights. Behind the last layer there is no ReLU, and with
-    /// He-normal weights there the best of seven actions starts with a positive value in nearly every
-    /// state. True values are never positive, and that of leaving the room is exactly 0, which then
-    /// looks worse than staying: the agent avoids the exit until the target network, which moves once
-    /// an episode, has sunk below 0. From values of zero, nothing has to be unlearnt first.
+    /// The paper does not specify the initial weights. With He-normal weights in the output layer,
+    /// the best of seven actions starts with a positive value in nearly every state. True values
+    /// are never positive, and the value of reaching the exit is exactly 0, so leaving the room
+    /// looks worse than staying: the agent avoids the exit until the values of the target network,
+    /// which is updated only once per episode, fall below 0. With zero values, there is nothing to
+    /// unlearn.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if candle cannot create a tensor.
     pub fn new(inputs: usize, hidden_layers: &[usize], random: &mut Random) -> Result<QNetwork> {
         let mut layers = Vec::new();
         let mut inputs = inputs;
@@ -59,9 +55,7 @@ impl QNetwork {
         for (layer, outputs) in sizes.enumerate() {
             let is_output = layer == hidden_layers.len();
             let deviation = if is_output { 0.0 } else { (2.0 / inputs as f32).sqrt() };
-            let weights: Vec<f32> =
-                (0..inputs * outputs).map(|_| deviation * truncated_normal(random)).collect();
-            let weight = Tensor::from_vec(weights, (outputs, inputs), &Device::Cpu)?;
+            let weight = normal(&[outputs, inputs], deviation, random)?;
             let bias = Tensor::zeros(outputs, DType::F32, &Device::Cpu)?;
             layers.push(Linear::new(weight, Some(bias)));
             inputs = outputs;
@@ -69,23 +63,36 @@ impl QNetwork {
         Ok(QNetwork { layers })
     }
 
-    /// A network of these weights `[outputs, inputs]` and biases `[outputs]`.
+    /// Creates a network from the weights, `[outputs, inputs]`, and biases, `[outputs]`, of its
+    /// layers, in order from the input to the output.
+    ///
+    /// # Errors
+    ///
+    /// Returns the first error in `layers`.
     pub fn from_layers(layers: impl Iterator<Item = Result<[Tensor; 2]>>) -> Result<QNetwork> {
         let layers =
             layers.map(|layer| layer.map(|[weight, bias]| Linear::new(weight, Some(bias))));
         Ok(QNetwork { layers: layers.collect::<Result<_>>()? })
     }
 
-    /// The weights and biases, from the input.
+    /// Iterates over the weights and biases of the layers, in order from the input to the output.
     pub fn layers(&self) -> impl Iterator<Item = (&Tensor, &Tensor)> {
         self.layers
             .iter()
-            .map(|layer| (layer.weight(), layer.bias().expect("every layer is made with a bias")))
+            .map(|layer| (layer.weight(), layer.bias().expect("every layer has a bias")))
     }
 
-    /// The values of the actions: `[batch, inputs]` to `[batch, 7]`.
+    /// Computes the action values, `[batch, 7]`, for observations, `[batch, inputs]`.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the inputs have the wrong shape.
+    ///
+    /// # Panics
+    ///
+    /// Panics if the network has no layers.
     pub fn forward(&self, inputs: &Tensor) -> Result<Tensor> {
-        let (last, hidden) = self.layers.split_last().expect("the output layer always exists");
+        let (last, hidden) = self.layers.split_last().expect("a network has an output layer");
         let mut values = inputs.clone();
         for layer in hidden {
             values = layer.forward(&values)?.relu()?;
@@ -93,31 +100,33 @@ impl QNetwork {
         last.forward(&values)
     }
 
-    /// The weights and biases with their names.
+    /// Iterates over the weights and biases, with the names used in files.
     pub fn tensors(&self) -> impl Iterator<Item = (String, &Tensor)> {
         self.layers().enumerate().flat_map(|(index, (weight, bias))| {
             [(format!("layers.{index}.weight"), weight), (format!("layers.{index}.bias"), bias)]
         })
     }
 
-    /// A network of the same shape, the output layer too filled with numbers.
+    /// Returns a network of the same shape with random weights and biases in all layers.
     #[cfg(test)]
     pub(super) fn randomized(&self, seed: u8) -> QNetwork {
         let mut random = Random::from_key([seed.into(); 4]);
-        let mut numbers = |tensor: &Tensor| {
-            let count = tensor.elem_count();
-            let values: Vec<f32> =
-                (0..count).map(|_| 0.1 * truncated_normal(&mut random)).collect();
-            Tensor::from_vec(values, tensor.dims(), &Device::Cpu)
-        };
+        let mut numbers = |tensor: &Tensor| normal(tensor.dims(), 0.1, &mut random);
         QNetwork::from_layers(
             self.layers().map(|(weight, bias)| Ok([numbers(weight)?, numbers(bias)?])),
         )
         .unwrap()
     }
 
-    /// A network of saved weights and biases, if they are of this form. It takes no more memory than
-    /// they do, whatever the form is.
+    /// Creates a network from saved tensors whose names begin with `prefix`.
+    ///
+    /// Shapes are compared before anything is allocated, so `hidden_layers` may come from an
+    /// untrusted file.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if a tensor is missing, has the wrong shape, or contains an infinite or NaN
+    /// value.
     pub fn from_tensors(
         prefix: &str,
         inputs: usize,
@@ -128,48 +137,15 @@ impl QNetwork {
         let mut inputs = inputs;
         let sizes = hidden_layers.iter().copied().chain([Action::COUNT]);
         for (layer, outputs) in sizes.enumerate() {
-            let of = |part: &str, shape: &[usize]| {
+            let tensor = |part: &str, shape: &[usize]| {
                 saved(tensors, format!("{prefix}layers.{layer}.{part}"), shape)
             };
-            let (weight, bias) = (of("weight", &[outputs, inputs])?, of("bias", &[outputs])?);
+            let (weight, bias) =
+                (tensor("weight", &[outputs, inputs])?, tensor("bias", &[outputs])?);
             layers.push(Linear::new(weight, Some(bias)));
             inputs = outputs;
         }
         Ok(QNetwork { layers })
-    }
-}
-
-/// A saved tensor, if it is of this shape and its numbers are finite.
-fn saved(
-    tensors: &HashMap<String, Tensor>,
-    name: String,
-    expected: &[usize],
-) -> std::result::Result<Tensor, WeightsError> {
-    let Some(tensor) = tensors.get(&name) else {
-        return Err(WeightsError::Missing(name));
-    };
-    if tensor.dims() != expected {
-        let (found, expected) = (tensor.dims().to_vec(), expected.to_vec());
-        return Err(WeightsError::Shape { name, found, expected });
-    }
-    let tensor = tensor.to_dtype(DType::F32)?;
-    let numbers: Vec<f32> = tensor.flatten_all()?.to_vec1()?;
-    match numbers.iter().all(|number| number.is_finite()) {
-        true => Ok(tensor),
-        false => Err(WeightsError::NotFinite(name)),
-    }
-}
-
-/// A normal number within two deviations, scaled to a deviation of 1: what TensorFlow, which the
-/// paper uses, takes for He-normal weights.
-fn truncated_normal(random: &mut Random) -> f32 {
-    /// The deviation of a standard normal distribution that is cut off at -2 and 2.
-    const DEVIATION: f32 = 0.879_625_7;
-    loop {
-        let number = random.normal(1.0) as f32;
-        if number.abs() <= 2.0 {
-            return number / DEVIATION;
-        }
     }
 }
 
@@ -182,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn the_shape_is_the_papers() {
+    fn tensors_have_the_shapes_of_the_paper() {
         let shapes: Vec<_> =
             network().tensors().map(|(_, tensor)| tensor.dims().to_vec()).collect();
         let expected: [&[usize]; 8] =
@@ -191,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn initial_weights_are_he_normal_before_each_relu_and_zero_elsewhere() {
+    fn initial_weights_are_he_normal_in_hidden_layers_and_zero_elsewhere() {
         for (name, tensor) in network().tensors() {
             let numbers: Vec<f32> = tensor.flatten_all().unwrap().to_vec1().unwrap();
             if name.ends_with("bias") || name.starts_with("layers.3") {
@@ -202,14 +178,14 @@ mod tests {
                 let expected = (2.0 / tensor.dims()[1] as f32).sqrt();
                 assert!(
                     (deviation / expected - 1.0).abs() < 0.12,
-                    "{name}: {deviation} {expected}"
+                    "{name}: {deviation}, not {expected}"
                 );
             }
         }
     }
 
     #[test]
-    fn foreign_tensors_are_refused() {
+    fn rejects_tensors_of_another_network() {
         let network = network();
         let mut tensors: HashMap<String, Tensor> = network
             .tensors()
@@ -217,8 +193,9 @@ mod tests {
             .collect();
         let read = |tensors: &_| QNetwork::from_tensors("", 420, &[64, 128, 64], tensors);
         read(&tensors).unwrap();
-        for wrong in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-            let bias = Tensor::new(&[0.0, 0.0, 0.0, wrong, 0.0, 0.0, 0.0], &Device::Cpu).unwrap();
+        for invalid in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            let bias = [0.0, 0.0, 0.0, invalid, 0.0, 0.0, 0.0];
+            let bias = Tensor::new(&bias, &Device::Cpu).unwrap();
             tensors.insert("layers.3.bias".into(), bias);
             assert!(matches!(read(&tensors), Err(WeightsError::NotFinite(_))));
         }
@@ -226,7 +203,7 @@ mod tests {
         assert!(matches!(read(&tensors), Err(WeightsError::Shape { .. })));
         tensors.remove("layers.3.bias");
         assert!(matches!(read(&tensors), Err(WeightsError::Missing(_))));
-        // A form that would take more memory than there is.
+        // A shape that is too large to allocate.
         let huge = vec![usize::MAX / 1024; 3];
         let result = QNetwork::from_tensors("", 420, &huge, &tensors);
         assert!(matches!(result, Err(WeightsError::Shape { .. })));

@@ -1,62 +1,77 @@
-//! What a policy sees: the robot's last images, and its own actions between them.
+//! Observations: the robot's latest images and the actions between them.
 //!
-//! Training, test and deployment build it here. As a network's input it is, newest first, the bytes
-//! of each image divided by 255, then for each action between two of them a 1 at its index among
-//! seven zeros; what lies before the episode's first image is zero. With one image this is the
-//! paper's input.
+//! Training, evaluation and deployment share this code. As network input, an observation of
+//! `frames` stacked images has the shape `[frames * 420 + (frames - 1) * 7]`: the bytes of each
+//! image divided by 255, newest image first, then a one-hot vector for each action between two
+//! images, newest action first. Entries from before the start of the episode are zero. With one
+//! frame, this is the input used in the paper.
 
 use std::collections::VecDeque;
 
 use task::{Action, Image};
 
-use super::input::write_image;
+use super::{greedy::ActionSet, input::write_image};
 
-use super::greedy::ActionSet;
-
-/// An image, and how it came about.
+/// An image of an episode, and the action that led to it.
 #[derive(Clone, Copy, Debug)]
 pub struct Moment<'a> {
-    /// The bytes of the image.
+    /// The bytes of the image, `[7, 20, 3]`.
     pub image: &'a [u8; Image::BYTES],
-    /// The action that led to it; none for the first of an episode.
+    /// The action that led to the image; `None` for the first image of an episode.
     pub action: Option<Action>,
 }
 
-/// Inputs of a network that sees so many images.
+/// Returns the number of network inputs for observations of `frames` stacked images.
+///
+/// # Examples
+///
+/// ```
+/// use learning::observation::input_size;
+///
+/// assert_eq!(input_size(1), 420);
+/// assert_eq!(input_size(4), 4 * 420 + 3 * 7);
+/// ```
 pub fn input_size(frames: usize) -> usize {
     frames * Image::BYTES + frames.saturating_sub(1) * Action::COUNT
 }
 
-/// How an observation is looked at. Training takes some of its memories as others could have been.
+/// A change made to observations and their actions: mirroring, a shorter history, or both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct View {
-    /// Left and right are exchanged.
+pub struct Augmentation {
+    /// Whether images and actions are mirrored left to right.
     pub mirrored: bool,
-    /// At most so many images are seen; those before are as before the start of an episode.
+    /// Maximum number of images; older entries are zero, as if the episode had started later.
     pub frames: usize,
 }
 
-impl View {
-    /// As it is.
-    pub const PLAIN: View = View { mirrored: false, frames: usize::MAX };
+impl Augmentation {
+    /// No change.
+    pub const NONE: Augmentation = Augmentation { mirrored: false, frames: usize::MAX };
 
-    /// What an action is in this view.
+    /// Returns the augmented action.
     pub fn action(self, action: Action) -> Action {
         if self.mirrored { action.mirrored() } else { action }
     }
 
-    /// What some actions are in this view.
+    /// Returns the set of augmented actions.
     pub fn actions(self, actions: ActionSet) -> ActionSet {
         if self.mirrored { actions.mirrored() } else { actions }
     }
 }
 
-/// Writes an observation of so many images, given the present moment and those before it.
+/// Writes an observation of `frames` stacked images as network input.
+///
+/// `past` yields the moments of the episode, newest first. `input` has the length
+/// [`input_size(frames)`](input_size).
+///
+/// # Panics
+///
+/// Panics if `input` is shorter than `frames * 420`.
 #[inline(always)]
 pub fn write_input<'a>(
     past: impl IntoIterator<Item = Moment<'a>>,
     frames: usize,
-    view: View,
+    augmentation: Augmentation,
     input: &mut [f32],
 ) {
     let (images, actions) = input.split_at_mut(frames * Image::BYTES);
@@ -65,68 +80,71 @@ pub fn write_input<'a>(
     let mut actions = actions.chunks_exact_mut(Action::COUNT);
     let (images, _) = images.as_chunks_mut();
     for (index, input) in images.iter_mut().enumerate() {
-        let Some(moment) = past.next().filter(|_| index < view.frames) else {
+        let Some(moment) = past.next().filter(|_| index < augmentation.frames) else {
             input.fill(0.0);
             continue;
         };
-        match view.mirrored {
+        match augmentation.mirrored {
             false => write_image(moment.image, input),
             true => write_image(&Image::mirrored(moment.image), input),
         }
-        // The action before the oldest image that is seen leads to it from nowhere.
-        let led_here = moment.action.filter(|_| index + 1 < view.frames);
+        // The action is omitted if the preceding image is outside the augmented history.
+        let led_here = moment.action.filter(|_| index + 1 < augmentation.frames);
         if let (Some(action), Some(one_hot)) = (led_here, actions.next()) {
-            one_hot[usize::from(view.action(action).index())] = 1.0;
+            one_hot[usize::from(augmentation.action(action).index())] = 1.0;
         }
     }
 }
 
-/// How many moments back a policy remembers what it has tried.
+/// Maximum number of past moments that [`tried`] examines.
 pub const HORIZON: usize = 50;
 
-/// The actions that were taken last where the same image was seen, within the [`HORIZON`]. Where that
-/// would be all of them, the one that was taken longest ago is not among them. Given the present
-/// image, the moments before it, and the actions that they were left by, newest first.
+/// Returns the actions that were already taken in response to an identical image within the last
+/// [`HORIZON`] moments.
+///
+/// `past` yields the moments before `image`, and `actions` yields the action taken after each of
+/// them, both newest first. The set never contains all actions: if all were taken, the one taken
+/// longest ago is left out.
 pub fn tried<'a>(
     image: &[u8; Image::BYTES],
     actions: impl Iterator<Item = Action>,
     past: impl Iterator<Item = Moment<'a>>,
 ) -> ActionSet {
-    let same = past.take(HORIZON).zip(actions).filter(|(moment, _)| moment.image == image);
+    let identical = past.take(HORIZON).zip(actions).filter(|(moment, _)| moment.image == image);
     let mut tried = ActionSet::NONE;
-    for (_, action) in same {
-        let more = tried.with(action);
-        if more == ActionSet::ALL {
+    for (_, action) in identical {
+        let extended = tried.with(action);
+        if extended == ActionSet::ALL {
             break;
         }
-        tried = more;
+        tried = extended;
     }
     tried
 }
 
-/// The present episode as far as a policy remembers it.
+/// The moments of the current episode that a policy needs.
 #[derive(Clone, Debug)]
 pub struct History {
     frames: usize,
-    /// The newest first.
+    /// Newest first.
     moments: VecDeque<(Image, Option<Action>)>,
     tried: ActionSet,
 }
 
 impl History {
-    /// Nothing yet; so many images will be remembered.
+    /// Creates an empty history for observations of `frames` stacked images.
     pub fn new(frames: usize) -> History {
         History { frames, moments: VecDeque::new(), tried: ActionSet::NONE }
     }
 
-    /// The first image of an episode.
+    /// Starts an episode with its first image.
     pub fn begin(&mut self, image: Image) {
         self.moments.clear();
         self.moments.push_front((image, None));
         self.tried = ActionSet::NONE;
     }
 
-    /// The image that an action led to.
+    /// Adds the image that followed an action.
     pub fn push(&mut self, action: Action, image: Image) {
         let actions = std::iter::once(action).chain(self.past().map_while(|moment| moment.action));
         self.tried = tried(image.bytes(), actions, self.past());
@@ -134,12 +152,12 @@ impl History {
         self.moments.push_front((image, Some(action)));
     }
 
-    /// The present moment and those before it.
+    /// Iterates over the stored moments of the episode, newest first.
     pub fn past(&self) -> impl Iterator<Item = Moment<'_>> + Clone {
         self.moments.iter().map(|(image, action)| Moment { image: image.bytes(), action: *action })
     }
 
-    /// As [`tried`].
+    /// Returns the actions already taken in response to the current image (see [`tried`]).
     pub fn tried(&self) -> ActionSet {
         self.tried
     }

@@ -1,34 +1,35 @@
-//! What a training leaves behind: one record per episode.
+//! The records of training episodes.
 
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-/// One row of `episodes.csv`. The column names are part of the command's contract.
+/// The result of a training episode, which is a row of `episodes.csv`. The column names are part of
+/// the public interface.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EpisodeRecord {
-    /// Counts from 0, as `e` in eq. 4.
+    /// Index of the episode, starting at 0: `e` in eq. 4.
     pub episode: u32,
-    /// Actions taken, blocked ones included.
+    /// Number of steps, including blocked ones.
     pub steps: u32,
-    /// The undiscounted sum of the rewards.
+    /// Undiscounted sum of the rewards.
     #[serde(rename = "return")]
     pub episode_return: f32,
-    /// The exploration probability of this episode (eq. 4).
+    /// Exploration probability of the episode (eq. 4).
     pub epsilon: f64,
-    /// Mean loss (eq. 5) of the episode's updates; empty where there was no update yet.
+    /// Mean loss (eq. 5) of the updates during the episode; `None` if there were no updates.
     pub loss: Option<f64>,
-    /// How many of the steps were blocked by a wall or an obstacle.
+    /// Number of steps blocked by a wall or an obstacle.
     pub blocked: u32,
-    /// Whether the robot reached the exit; if not, the episode was truncated.
+    /// Whether the robot reached the exit; otherwise the episode was truncated.
     pub terminated: bool,
 }
 
 impl EpisodeRecord {
-    /// How many numbers a record is.
+    /// Number of columns in a row returned by [`to_row`](EpisodeRecord::to_row).
     pub(super) const COLUMNS: usize = 7;
 
-    /// The record as numbers, exactly. No loss is no number.
+    /// Converts the record to numbers without rounding; a missing loss becomes NaN.
     pub(super) fn to_row(&self) -> [f64; Self::COLUMNS] {
         [
             self.episode.into(),
@@ -41,40 +42,41 @@ impl EpisodeRecord {
         ]
     }
 
-    /// The record that [`EpisodeRecord::to_row`] made the numbers of, if there is one.
+    /// Converts a row returned by [`to_row`](EpisodeRecord::to_row) back to a record. Returns
+    /// `None` if a number is invalid.
     pub(super) fn from_row(row: &[f64; Self::COLUMNS]) -> Option<EpisodeRecord> {
         let [episode, steps, episode_return, epsilon, loss, blocked, terminated] = *row;
-        let whole = |number: f64| {
-            let is_whole = (0.0..=u32::MAX.into()).contains(&number) && number.fract() == 0.0;
-            is_whole.then_some(number as u32)
+        let integer = |number: f64| {
+            let is_valid = (0.0..=u32::MAX.into()).contains(&number) && number.fract() == 0.0;
+            is_valid.then_some(number as u32)
         };
         Some(EpisodeRecord {
-            episode: whole(episode)?,
-            steps: whole(steps)?,
+            episode: integer(episode)?,
+            steps: integer(steps)?,
             episode_return: Some(episode_return as f32).filter(|sum| sum.is_finite())?,
             epsilon: (0.0..=1.0).contains(&epsilon).then_some(epsilon)?,
             loss: (!loss.is_nan()).then_some(loss),
-            blocked: whole(blocked)?,
-            terminated: whole(terminated)? != 0,
+            blocked: integer(blocked)?,
+            terminated: integer(terminated)? != 0,
         })
     }
 }
 
-/// The records of a training, in the order in which its episodes ended.
+/// The records of a training run, in the order in which its episodes ended.
 ///
-/// A clone shares all but the latest of them, so it costs next to nothing.
+/// Clones share all but the latest records, which makes cloning cheap.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Records {
-    /// [`CHUNK`] records each.
+    /// Chunks of [`CHUNK`] records.
     full: Vec<Arc<[EpisodeRecord]>>,
     latest: Vec<EpisodeRecord>,
 }
 
-/// Records that are shared as one.
+/// Number of records in a shared chunk.
 const CHUNK: usize = 1024;
 
 impl Records {
-    /// Adds the record of the episode that has just ended.
+    /// Appends a record.
     pub fn push(&mut self, record: EpisodeRecord) {
         self.latest.push(record);
         if self.latest.len() == CHUNK {
@@ -83,28 +85,28 @@ impl Records {
         }
     }
 
-    /// How many there are.
+    /// Returns the number of records.
     pub fn len(&self) -> usize {
         CHUNK * self.full.len() + self.latest.len()
     }
 
-    /// Whether there is none.
+    /// Returns whether there are no records.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// All of them, in their order.
+    /// Iterates over the records.
     pub fn iter(&self) -> impl DoubleEndedIterator<Item = &EpisodeRecord> {
-        self.pieces().flatten()
+        self.chunks().flatten()
     }
 
-    /// The last so many, or all if there are fewer, in their order.
+    /// Iterates over the last `count` records, or over all records if there are fewer.
     pub fn recent(&self, count: usize) -> impl Iterator<Item = &EpisodeRecord> {
         self.iter().skip(self.len().saturating_sub(count))
     }
 
-    /// All of them, at most [`CHUNK`] at once; the last piece may be empty.
-    pub(super) fn pieces(&self) -> impl DoubleEndedIterator<Item = &[EpisodeRecord]> {
+    /// Iterates over slices of at most [`CHUNK`] records; the last slice may be empty.
+    pub(super) fn chunks(&self) -> impl DoubleEndedIterator<Item = &[EpisodeRecord]> {
         let full = self.full.iter().map(AsRef::as_ref);
         full.chain([self.latest.as_slice()])
     }
@@ -115,7 +117,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_record_is_the_same_after_it_was_numbers() {
+    fn a_record_survives_the_conversion_to_numbers() {
         let record = EpisodeRecord {
             episode: u32::MAX,
             steps: 7,
@@ -127,18 +129,18 @@ mod tests {
         };
         for record in [EpisodeRecord { loss: None, terminated: false, ..record.clone() }, record] {
             assert_eq!(EpisodeRecord::from_row(&record.to_row()).as_ref(), Some(&record));
-            for (column, wrong) in
+            for (column, invalid) in
                 [(0, -1.0), (1, 0.5), (2, f64::NAN), (2, 1e300), (3, 2.0), (3, f64::NAN), (5, 1e10)]
             {
                 let mut row = record.to_row();
-                row[column] = wrong;
+                row[column] = invalid;
                 assert_eq!(EpisodeRecord::from_row(&row), None);
             }
         }
     }
 
     #[test]
-    fn records_are_what_was_pushed_and_a_copy_stays_as_it_was() {
+    fn records_keep_their_order_and_clones_do_not_change() {
         let record = |episode| EpisodeRecord {
             episode,
             steps: 1,
@@ -153,20 +155,20 @@ mod tests {
         };
         let full = CHUNK as u32;
         let mut records = Records::default();
-        let mut copies = Vec::new();
+        let mut clones = Vec::new();
         for episode in 0..3 * full {
             if (episode + 1) % full <= 2 {
-                copies.push((episode, records.clone()));
+                clones.push((episode, records.clone()));
             }
             assert_eq!(records.len(), episode as usize);
             records.push(record(episode));
             let recent: Vec<u32> = records.recent(3).map(|record| record.episode).collect();
             assert!(recent.into_iter().eq(episode.saturating_sub(2)..=episode));
         }
-        assert_eq!(copies.len(), 9);
-        for (count, copy) in copies {
-            assert!(numbers(&copy).into_iter().eq(0..count));
-            assert!(copy.pieces().all(|piece| piece.len() <= CHUNK));
+        assert_eq!(clones.len(), 9);
+        for (count, clone) in clones {
+            assert!(numbers(&clone).into_iter().eq(0..count));
+            assert!(clone.chunks().all(|chunk| chunk.len() <= CHUNK));
         }
         assert!(numbers(&records).into_iter().eq(0..3 * full));
     }

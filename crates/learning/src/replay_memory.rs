@@ -1,7 +1,7 @@
-//! The replay memory: a first-in-first-out queue of experiences (the paper's section 2.3).
+//! The replay memory: a first-in-first-out queue of transitions (section 2.3 of the paper).
 //!
-//! Consecutive experiences share an image, so images are stored once, as bytes, and an experience
-//! points at two of them.
+//! Consecutive transitions share an image, so each image is stored once, as bytes, and a transition
+//! refers to its two images by number.
 
 use std::{collections::VecDeque, sync::Arc};
 
@@ -12,67 +12,91 @@ use super::{
     observation::{HORIZON, Moment, tried},
 };
 
-/// One experience: `(s, a, s', R)`, and whether `s'` ended the episode at the exit.
+/// A transition `(s, a, s', R)`, and whether the robot reached the exit in `s'`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Experience {
+pub struct Transition {
     /// The number of the image of `s`.
     pub state: u64,
     /// The number of the image of `s'`.
     pub next_state: u64,
-    /// `a`
+    /// The action `a`.
     pub action: Action,
-    /// `R`
+    /// The reward `R`, including the extra reward for a blocked move.
     pub reward: f32,
-    /// No bootstrap from here: the exit is reached. A truncated episode goes on as far as values
-    /// are concerned.
+    /// Whether the robot reached the exit in `s'`, so that the value of `s'` is 0. A transition
+    /// that truncates an episode is not marked as terminated, so its target includes the value of
+    /// `s'`.
     pub terminated: bool,
 }
 
-/// An image, and how it came about.
+/// A stored image, and the action that led to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
-    /// The bytes of the image.
+    /// The bytes of the image, `[7, 20, 3]`.
     pub image: [u8; Image::BYTES],
-    /// How far back the number of the image before it in the same episode is, and the action that
-    /// led from there to here; none for the first of an episode.
+    /// The difference between the number of this image and that of the previous image in the
+    /// episode, and the action between them; `None` for the first image of an episode.
     pub before: Option<(u16, Action)>,
-    /// The actions that have been tried in the same episode from the same image.
+    /// The actions already taken in response to an identical image in the same episode ([`tried`]).
     pub tried: ActionSet,
 }
 
-/// The memory: a ring of experiences, and the images that they need.
+/// A ring buffer of transitions, and the images that their observations need.
 ///
-/// Images are numbered in the order of their coming, and kept in chunks; a chunk goes as soon as no
-/// observation reaches back to it. A clone shares the chunks, so it costs next to nothing.
+/// Images are numbered in the order in which they are stored, and kept in chunks; a chunk is
+/// dropped once no observation needs its images. Clones share the chunks, which makes cloning
+/// cheap.
+///
+/// # Examples
+///
+/// ```
+/// use learning::replay_memory::ReplayMemory;
+/// use task::{Action, EXIT_REWARD, Image, Random, STEP_REWARD};
+///
+/// let image = |brightness: u8| Image::try_from(vec![brightness; Image::BYTES]);
+/// let forward = Action::try_from(3)?;
+/// let mut memory = ReplayMemory::new(1000, 1, 1);
+/// let first = memory.begin_episode(&image(0)?);
+/// let second = memory.store(first, forward, STEP_REWARD, false, &image(100)?);
+/// memory.store(second, forward, EXIT_REWARD, true, &image(200)?);
+///
+/// let mut batch = [0; 2];
+/// assert!(memory.sample(&mut batch, 0, &mut Random::from_key([0; 4])));
+/// assert!(batch.iter().any(|index| memory.get(*index).terminated));
+/// assert_eq!(memory.get(0).next_state, second);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReplayMemory {
     capacity: usize,
-    rooms: usize,
-    /// How many images an observation holds.
+    /// Number of interleaved environments.
+    environments: usize,
+    /// Number of stacked images in an observation.
     frames: usize,
-    experiences: Vec<Experience>,
-    /// Where the next experience goes once the memory is full.
+    transitions: Vec<Transition>,
+    /// Index of the oldest transition, which the next one replaces once the replay memory is
+    /// full.
     oldest: usize,
-    /// Shared with those who have cloned the memory, until they differ.
+    /// Chunks of [`CHUNK`] images, shared with clones of the replay memory (copy-on-write).
     images: VecDeque<Arc<Vec<Frame>>>,
-    /// The number of the first image that is kept.
+    /// The number of the first stored image.
     first_image: u64,
     /// The number of the next image.
     next_image: u64,
 }
 
-/// Images in a chunk.
+/// Number of images in a chunk.
 const CHUNK: usize = 256;
 
 impl ReplayMemory {
-    /// An empty memory of at most `capacity` experiences, which come from so many rooms in turn, for
-    /// observations of so many images.
-    pub fn new(capacity: usize, rooms: usize, frames: usize) -> ReplayMemory {
+    /// Creates an empty replay memory for at most `capacity` transitions from `environments`
+    /// interleaved environments, with observations of `frames` stacked images.
+    pub fn new(capacity: usize, environments: usize, frames: usize) -> ReplayMemory {
         ReplayMemory {
             capacity,
-            rooms,
+            environments,
             frames,
-            experiences: Vec::new(),
+            transitions: Vec::new(),
             oldest: 0,
             images: VecDeque::new(),
             first_image: 0,
@@ -80,42 +104,50 @@ impl ReplayMemory {
         }
     }
 
-    /// A memory as it was: its experiences from the oldest on, which has the index `oldest`; the
-    /// images from number `first` on. Indices are what updates draw, so they must be the same.
+    /// Creates a replay memory like this one but with saved contents: the transitions, oldest
+    /// first, and the images, numbered from `first`.
+    ///
+    /// The oldest transition gets the index `oldest`, since samples are indices and must refer to
+    /// the same transitions as before.
     pub(super) fn restore(
         &self,
-        mut experiences: Vec<Experience>,
+        mut transitions: Vec<Transition>,
         oldest: usize,
         first: u64,
         frames: impl Iterator<Item = Frame>,
     ) -> ReplayMemory {
-        let mut memory = ReplayMemory::new(self.capacity, self.rooms, self.frames);
+        let mut memory = ReplayMemory::new(self.capacity, self.environments, self.frames);
         (memory.first_image, memory.next_image) = (first, first);
-        // Before the images: which of them are kept depends on the experiences.
-        experiences.rotate_right(oldest);
-        (memory.experiences, memory.oldest) = (experiences, oldest);
+        // The transitions come first, since they determine which images are kept.
+        transitions.rotate_right(oldest);
+        (memory.transitions, memory.oldest) = (transitions, oldest);
         for frame in frames {
             memory.push_frame(frame);
         }
         memory
     }
 
-    /// How many experiences there are.
+    /// Returns the number of transitions.
     pub fn len(&self) -> usize {
-        self.experiences.len()
+        self.transitions.len()
     }
 
-    /// Whether there is none.
+    /// Returns whether there are no transitions.
     pub fn is_empty(&self) -> bool {
-        self.experiences.is_empty()
+        self.transitions.is_empty()
     }
 
-    /// Stores the first image of an episode; returns its number.
+    /// Stores the first image of an episode and returns its number.
     pub fn begin_episode(&mut self, image: &Image) -> u64 {
         self.push_frame(Frame { image: *image.bytes(), before: None, tried: ActionSet::NONE })
     }
 
-    /// Stores what an action led to from the image of a number; returns the number of the next one.
+    /// Stores the transition caused by an action, from image number `state` to `next`, and returns
+    /// the number of `next`.
+    ///
+    /// # Panics
+    ///
+    /// Panics if no image with the number `state` is stored.
     pub fn store(
         &mut self,
         state: u64,
@@ -132,24 +164,25 @@ impl ReplayMemory {
         );
         let next_state =
             self.push_frame(Frame { image: *next.bytes(), before: Some((back, action)), tried });
-        let experience = Experience { state, next_state, action, reward, terminated };
-        if self.experiences.len() < self.capacity {
-            self.experiences.push(experience);
+        let transition = Transition { state, next_state, action, reward, terminated };
+        if self.transitions.len() < self.capacity {
+            self.transitions.push(transition);
         } else {
-            self.experiences[self.oldest] = experience;
+            self.transitions[self.oldest] = transition;
             self.oldest = (self.oldest + 1) % self.capacity;
         }
         next_state
     }
 
-    /// Draws different experiences uniformly, as indices for [`ReplayMemory::get`], one for each
-    /// place in the batch; false while there are fewer.
+    /// Fills `batch` with the indices (see [`get`](ReplayMemory::get)) of distinct transitions,
+    /// sampled uniformly. Returns false if there are too few transitions.
     ///
-    /// What is drawn depends on the generator and the length only. So it is known before experiences
-    /// are there: the draw is that after `more` further ones are stored.
+    /// The batch is sampled as if `more` further transitions had already been stored. This is
+    /// possible because the indices depend only on the generator and the number of transitions.
     ///
-    /// This is Floyd's algorithm (Bentley, Programming Pearls, CACM 30(9), 1987), in place.
-    pub fn draw(&self, batch: &mut [usize], more: usize, random: &mut Random) -> bool {
+    /// Uses an in-place version of Floyd's algorithm (Bentley, Programming Pearls, CACM 30(9),
+    /// 1987).
+    pub fn sample(&self, batch: &mut [usize], more: usize, random: &mut Random) -> bool {
         let length = (self.len() + more).min(self.capacity);
         let Some(first) = length.checked_sub(batch.len()) else {
             return false;
@@ -157,59 +190,70 @@ impl ReplayMemory {
         for place in 0..batch.len() {
             let last = first + place;
             let index = random.below(last + 1);
-            // As in rand's own, whose draws have no order either.
-            if let Some(taken) = batch[..place].iter_mut().find(|taken| **taken == index) {
-                *taken = last;
+            // As in the rand crate, the order of the sample is not random.
+            if let Some(duplicate) = batch[..place].iter_mut().find(|other| **other == index) {
+                *duplicate = last;
             }
             batch[place] = index;
         }
         true
     }
 
-    /// Whether an index will be that of one of the next experiences, so many of them.
+    /// Returns whether one of the next `more` transitions will be stored at this index.
     pub fn is_among_next(&self, index: usize, more: usize) -> bool {
         let first = if self.len() < self.capacity { self.len() } else { self.oldest };
         (index + self.capacity - first) % self.capacity < more
     }
 
-    /// The experience at an index below [`ReplayMemory::len`].
-    pub fn get(&self, index: usize) -> Experience {
-        self.experiences[index]
+    /// Returns the transition at the given index.
+    ///
+    /// # Panics
+    ///
+    /// Panics if the index is not below [`len`](ReplayMemory::len).
+    pub fn get(&self, index: usize) -> Transition {
+        self.transitions[index]
     }
 
-    /// The index of the oldest experience.
+    /// Returns the index of the oldest transition.
     pub(super) fn oldest_index(&self) -> usize {
         self.oldest
     }
 
-    /// How many experiences are kept at most.
+    /// Returns the maximum number of transitions.
     pub fn capacity(&self) -> usize {
         self.capacity
     }
 
-    /// The image with a number that an experience holds.
+    /// Returns the image with the given number.
+    ///
+    /// # Panics
+    ///
+    /// Panics if no image with this number is stored.
     #[inline(always)]
     pub fn frame(&self, number: u64) -> &Frame {
         let index = (number - self.first_image) as usize;
         &self.images[index / CHUNK][index % CHUNK]
     }
 
-    /// What was seen at a number, and before it in the same episode.
+    /// Iterates over the image with the given number and the earlier images of its episode, newest
+    /// first.
     #[inline(always)]
     pub fn past(&self, number: u64) -> Past<'_> {
         Past { memory: self, number: Some(number) }
     }
 
-    /// Fetches the images of a batch from main memory, all at once, which takes the time of a few:
-    /// when they are converted one after the other, each would have to be waited for.
+    /// Loads the images of a batch into the processor's cache.
+    ///
+    /// The loads are independent, so their latencies overlap. Without this call, the images would
+    /// be loaded one after another, each when it is converted.
     pub fn fetch(&self, batch: &[usize]) {
         const CACHE_LINE: usize = 64;
         let mut sum = 0u8;
         for index in batch {
-            let experience = self.get(*index);
-            // The state's own past is the next state's, but for the oldest of its images.
-            let next = self.past(experience.next_state).take(self.frames);
-            for moment in next.chain(self.past(experience.state).take(self.frames).last()) {
+            let transition = self.get(*index);
+            // The state shares all of its images with the next state, except for the oldest one.
+            let next = self.past(transition.next_state).take(self.frames);
+            for moment in next.chain(self.past(transition.state).take(self.frames).last()) {
                 let lines = moment.image.iter().step_by(CACHE_LINE);
                 sum = lines.fold(sum, |sum, byte| sum.wrapping_add(*byte));
             }
@@ -217,36 +261,38 @@ impl ReplayMemory {
         std::hint::black_box(sum);
     }
 
-    /// The experiences, the oldest first.
-    pub fn oldest_first(&self) -> impl Iterator<Item = Experience> + '_ {
-        let (newer, older) = self.experiences.split_at(self.oldest);
+    /// Iterates over the transitions, oldest first.
+    pub fn oldest_first(&self) -> impl Iterator<Item = Transition> + '_ {
+        let (newer, older) = self.transitions.split_at(self.oldest);
         older.iter().chain(newer).copied()
     }
 
-    /// The number of the next image.
+    /// Returns the number of the next image to be stored.
     pub fn next_image(&self) -> u64 {
         self.next_image
     }
 
-    /// The numbers of the images that experiences, or the next ones, may need.
+    /// Returns the numbers of the images that stored and future transitions may need.
     ///
-    /// The rooms take turns: between two images of one of them come at most two of each, its own and
-    /// the first of another episode. So an observation reaches back by at most so many images.
+    /// The environments take turns: between two consecutive images from one environment, each
+    /// environment stores at most two images (the result of a step and the first image of a new
+    /// episode). This limits how far back an observation reaches.
     pub fn needed_images(&self) -> std::ops::Range<u64> {
-        let reach = ReplayMemory::reach(self.rooms, self.frames);
+        let reach = self.reach();
         let oldest = self.oldest_first().next().map_or(self.next_image, |oldest| oldest.next_state);
         oldest.saturating_sub(reach).max(self.first_image)..self.next_image
     }
 
-    /// How far apart the numbers of two images that follow each other in a room are at most.
+    /// Returns the maximum difference between the numbers of two consecutive images from the same
+    /// environment.
     pub(super) fn most_between(&self) -> u32 {
-        2 * self.rooms as u32
+        2 * self.environments as u32
     }
 
-    /// From the number of an experience's next state to that of the first image of its observation,
-    /// at most.
-    fn reach(rooms: usize, frames: usize) -> u64 {
-        (2 * rooms * (frames.max(HORIZON) + 1)) as u64
+    /// Returns the maximum distance, in image numbers, from the next state of a transition back to
+    /// the oldest image that its observations or [`tried`] need.
+    fn reach(&self) -> u64 {
+        (2 * self.environments * (self.frames.max(HORIZON) + 1)) as u64
     }
 
     fn push_frame(&mut self, frame: Frame) -> u64 {
@@ -257,7 +303,7 @@ impl ReplayMemory {
                 free = self.images.pop_front();
                 self.first_image += CHUNK as u64;
             }
-            // Unless somebody else still has it, it is used again.
+            // The allocation is reused unless a clone of the replay memory shares it.
             let unshared = free.filter(|chunk| Arc::strong_count(chunk) == 1);
             let mut chunk = unshared.unwrap_or_default();
             let frames = Arc::make_mut(&mut chunk);
@@ -267,7 +313,7 @@ impl ReplayMemory {
         }
         if let Some(chunk) = self.images.back_mut() {
             let frames = Arc::make_mut(chunk);
-            // A clone of a shared chunk has no more room than it needs.
+            // The copy of a shared chunk has no spare capacity.
             frames.reserve_exact(CHUNK - frames.len());
             frames.push(frame);
         }
@@ -276,7 +322,7 @@ impl ReplayMemory {
     }
 }
 
-/// See [`ReplayMemory::past`].
+/// The iterator returned by [`ReplayMemory::past`].
 #[derive(Clone, Debug)]
 pub struct Past<'a> {
     memory: &'a ReplayMemory,
@@ -313,15 +359,16 @@ mod tests {
     }
 
     proptest! {
-        /// Against a plain queue of whole images, over episodes of any lengths in several rooms.
+        /// Compares the replay memory with a plain queue of whole images, over episodes of
+        /// arbitrary length in several environments.
         #[test]
-        fn it_is_a_queue_of_experiences(
+        fn behaves_like_a_queue_of_transitions(
             capacity in prop_oneof![1usize..40, 300usize..1000],
-            rooms in 1usize..4,
+            environments in 1usize..4,
             frames in 1usize..5,
             lengths in prop::collection::vec(1usize..120, 1..60),
         ) {
-            let mut memory = ReplayMemory::new(capacity, rooms, frames);
+            let mut memory = ReplayMemory::new(capacity, environments, frames);
             let mut model = VecDeque::new();
             let mut lengths = lengths.into_iter();
             let mut count = 0;
@@ -329,9 +376,10 @@ mod tests {
                 count += 1;
                 image(count)
             };
-            // The steps left, the images so far and the number of the last, in each room.
-            let mut states: Vec<Option<(usize, Vec<Image>, u64)>> = vec![None; rooms];
-            let mut histories = vec![History::new(frames); rooms];
+            // For each environment: the number of steps left, the images so far, and the number of
+            // the last image.
+            let mut states: Vec<Option<(usize, Vec<Image>, u64)>> = vec![None; environments];
+            let mut histories = vec![History::new(frames); environments];
             loop {
                 for (state, history) in states.iter_mut().zip(&mut histories) {
                     if state.is_none() && let Some(length) = lengths.next() {
@@ -353,7 +401,7 @@ mod tests {
                         continue;
                     };
                     let action = Action::try_from((left % 7) as u8).unwrap();
-                    // Some images come again: after a while, or at once.
+                    // Some images repeat an earlier one or the previous one.
                     let next = match left % 5 {
                         0 => images[images.len() / 2].clone(),
                         1 => images[images.len() - 1].clone(),
@@ -378,7 +426,7 @@ mod tests {
             }
             prop_assert_eq!(memory.len(), model.len());
             let needed = memory.needed_images();
-            let restored = ReplayMemory::new(capacity, rooms, frames).restore(
+            let restored = ReplayMemory::new(capacity, environments, frames).restore(
                 memory.oldest_first().collect(),
                 memory.oldest_index(),
                 needed.start,
@@ -388,35 +436,35 @@ mod tests {
                 prop_assert_eq!(restored.frame(number), memory.frame(number));
             }
             let memory = restored;
-            for (experience, (images, action, terminated)) in memory.oldest_first().zip(model) {
-                let seen = |number: u64| memory.past(number).take(frames).map(|m| *m.image);
+            for (transition, (images, action, terminated)) in memory.oldest_first().zip(model) {
+                let stored = |number: u64| memory.past(number).take(frames).map(|m| *m.image);
                 let newest_first = || images.iter().rev().map(|image| *image.bytes());
-                prop_assert!(seen(experience.next_state).eq(newest_first().take(frames)));
-                prop_assert!(seen(experience.state).eq(newest_first().skip(1).take(frames)));
-                prop_assert_eq!(experience.action, action);
-                prop_assert_eq!(experience.terminated, terminated);
-                prop_assert!(memory.needed_images().contains(&experience.state));
+                prop_assert!(stored(transition.next_state).eq(newest_first().take(frames)));
+                prop_assert!(stored(transition.state).eq(newest_first().skip(1).take(frames)));
+                prop_assert_eq!(transition.action, action);
+                prop_assert_eq!(transition.terminated, terminated);
+                prop_assert!(memory.needed_images().contains(&transition.state));
             }
         }
     }
 
     #[test]
-    fn a_batch_is_of_different_memories_and_all_are_drawn_alike() {
+    fn a_batch_samples_distinct_transitions_uniformly() {
         let mut memory = ReplayMemory::new(100, 1, 1);
         let mut state = memory.begin_episode(&image(0));
         for number in 1..=60 {
             state = memory.store(state, Action::try_from(0).unwrap(), -0.1, false, &image(number));
         }
         let mut random = Random::from_key([1; 4]);
-        assert!(!memory.draw(&mut [0; 61], 0, &mut random));
+        assert!(!memory.sample(&mut [0; 61], 0, &mut random));
         let mut counts = [0u32; 60];
         for _ in 0..6000 {
             let mut batch = [0; 20];
-            assert!(memory.draw(&mut batch, 0, &mut random));
+            assert!(memory.sample(&mut batch, 0, &mut random));
             assert_eq!(batch.iter().collect::<HashSet<_>>().len(), 20);
             batch.into_iter().for_each(|index| counts[index] += 1);
         }
-        // 2,000 expected of each, with a standard deviation of 37.
+        // The expected count is 2,000, with a standard deviation of 37.
         assert!(counts.iter().all(|count| (1800..2200).contains(count)), "{counts:?}");
     }
 }

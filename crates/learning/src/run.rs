@@ -1,4 +1,4 @@
-//! The directory of a run: every file appears whole or not at all.
+//! The directory of a run, whose files are replaced atomically.
 
 use std::{
     collections::BTreeMap,
@@ -14,16 +14,32 @@ use task::Evaluation;
 
 use crate::record::Records;
 
-/// A directory that a training or a test leaves its files in.
+/// The directory of a training run or an evaluation.
+///
+/// Each file is written under a temporary name, synced to disk and renamed, so a crash or a power
+/// failure never leaves it partially written.
+///
+/// # Examples
+///
+/// ```
+/// use learning::run::RunDirectory;
+///
+/// let home = tempfile::tempdir()?;
+/// let (run, previous) = RunDirectory::create(&home.path().join("run"))?;
+/// assert_eq!(previous, None);
+/// run.write(RunDirectory::MODEL, b"weights")?;
+/// assert_eq!(std::fs::read(run.file(RunDirectory::MODEL))?, b"weights");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct RunDirectory {
     path: PathBuf,
 }
 
-/// What a file's name ends with while it is written.
+/// The suffix of a file that is being written.
 const UNFINISHED: &str = ".unfinished";
 
-/// Why a file was not written; what was there before is still there.
+/// The error for a file or directory that could not be written.
 #[derive(Debug, Error)]
 #[error("could not write {path}: {reason}")]
 pub struct WriteError {
@@ -31,79 +47,99 @@ pub struct WriteError {
     reason: String,
 }
 
-/// `summary.json`.
+/// The contents of `summary.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
-    /// The scenario of the training.
+    /// The training scenario.
     pub scenario: String,
-    /// The preset.
+    /// The name of the preset.
     pub preset: String,
     /// The seed of the run.
     pub seed: u64,
-    /// Training episodes.
+    /// Number of training episodes.
     pub episodes: u32,
-    /// Steps of all of them.
+    /// Total number of steps in all training episodes.
     pub steps: u64,
-    /// From the first reset request to the last update, in seconds.
+    /// Wall time from the first reset to the last update, in seconds.
     pub wall_s: f64,
     /// `steps / wall_s`
     pub steps_per_s: f64,
-    /// Mean time of an update in microseconds.
+    /// Mean update time in microseconds.
     pub update_us: f64,
-    /// The test of the trained policy.
+    /// The evaluation of the trained policy, if it was evaluated.
     pub evaluation: Option<Evaluation>,
 }
 
 impl RunDirectory {
-    /// Names of the files that make a directory a training's.
+    /// File name of the latest checkpoint.
     pub const CHECKPOINT: &str = "checkpoint.safetensors";
-    /// The checkpoint before that one.
+    /// File name of the previous checkpoint.
     pub const PREVIOUS_CHECKPOINT: &str = "checkpoint.previous.safetensors";
-    /// What was to be the last checkpoint.
+    /// File name under which a damaged checkpoint is kept.
     pub const DAMAGED_CHECKPOINT: &str = "checkpoint.damaged.safetensors";
-    /// The weights alone.
+    /// File name of the trained network.
     pub const MODEL: &str = "model.safetensors";
-    /// Every resolved parameter of both nodes.
+    /// File name of the YAML file with the resolved parameters of both nodes.
     pub const CONFIG: &str = "config.yaml";
 
-    /// A directory as it is; it is made if it does not exist.
+    /// Opens a directory, creating it if it does not exist.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the directory cannot be created.
     pub fn open(path: &Path) -> Result<RunDirectory, WriteError> {
         fs::create_dir_all(path).map_err(|error| write_error(path, error))?;
         Ok(RunDirectory { path: path.to_owned() })
     }
 
-    /// An empty directory. What an earlier run left there is kept under another name, which is
-    /// returned.
+    /// Creates the directory of a new run.
+    ///
+    /// If the directory contains a checkpoint from an earlier run, the directory is first renamed
+    /// to `PATH.N`, where `N` is the first free number, and the new path is returned.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if a directory cannot be created or renamed.
     pub fn create(path: &Path) -> Result<(RunDirectory, Option<PathBuf>), WriteError> {
         let checkpoints = [RunDirectory::CHECKPOINT, RunDirectory::PREVIOUS_CHECKPOINT];
         if !checkpoints.iter().any(|name| path.join(name).exists()) {
             return Ok((RunDirectory::open(path)?, None));
         }
-        // Without what a shell's completion or a dot leaves at the end of a path.
-        let whole = fs::canonicalize(path).map_err(|error| write_error(path, error))?;
+        // Removes a trailing slash or dot, to which no suffix can be added.
+        let canonical = fs::canonicalize(path).map_err(|error| write_error(path, error))?;
         let aside = (1..)
             .map(|number| {
-                let mut name = whole.clone().into_os_string();
+                let mut name = canonical.clone().into_os_string();
                 name.push(format!(".{number}"));
                 PathBuf::from(name)
             })
             .find(|candidate| !candidate.exists())
-            .expect("there are more numbers than directories");
-        fs::rename(&whole, &aside).map_err(|error| write_error(&aside, error))?;
-        Ok((RunDirectory::open(&whole)?, Some(aside)))
+            .expect("there are fewer directories than numbers");
+        fs::rename(&canonical, &aside).map_err(|error| write_error(&aside, error))?;
+        Ok((RunDirectory::open(&canonical)?, Some(aside)))
     }
 
-    /// The path of a file of the run.
+    /// Returns the path of a file in the directory.
     pub fn file(&self, name: &str) -> PathBuf {
         self.path.join(name)
     }
 
-    /// Writes a file: a temporary one beside it first, which then takes its name.
+    /// Writes or replaces a file atomically.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the file cannot be written. The file is never left partially written.
     pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), WriteError> {
         self.write_by(name, |path| Ok(fs::write(path, bytes)?))
     }
 
-    /// As [`RunDirectory::write`], by a function that writes to a path or replaces what is there.
+    /// Like [`write`](RunDirectory::write), but the file is written by the given function, which
+    /// receives a temporary path.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if `write` fails, or if the file cannot be synced or renamed. The file is
+    /// never left partially written.
     pub fn write_by(
         &self,
         name: &str,
@@ -112,8 +148,12 @@ impl RunDirectory {
         self.replace(name, None, write)
     }
 
-    /// As [`RunDirectory::write_by`], but what was there before is kept under another name: at any
-    /// moment one of the two has it.
+    /// Like [`write_by`](RunDirectory::write_by), but keeps the previous file as `previous`. At any
+    /// time, at least one of the two files is complete.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if `write` fails, or if a file cannot be synced or renamed.
     pub fn write_and_keep(
         &self,
         name: &str,
@@ -131,12 +171,13 @@ impl RunDirectory {
     ) -> Result<(), WriteError> {
         let target = self.file(name);
         let write = || -> anyhow::Result<()> {
-            // Always the same name: what a killed agent leaves behind is in nobody's way for long.
+            // The temporary name is fixed, so the next write removes what a killed process left
+            // behind.
             match fs::remove_file(self.file(&format!("{name}{UNFINISHED}"))) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error.into()),
                 _ => {}
             }
-            // As any other file: for whomever the umask leaves it to.
+            // The umask applies to this mode; by default, tempfile creates private files.
             let permissions = fs::Permissions::from_mode(0o666);
             let temporary = tempfile::Builder::new()
                 .prefix(name)
@@ -153,20 +194,28 @@ impl RunDirectory {
                 fs::rename(&target, self.file(previous))?;
             }
             temporary.persist(&target)?;
-            // The name is part of the directory, which has to reach the disk, too.
+            // Syncing the directory writes the rename to disk.
             Ok(fs::File::open(&self.path)?.sync_all()?)
         };
         write().map_err(|error| write_error(&target, error))
     }
 
     /// Writes a value as indented JSON.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the value cannot be serialized or the file cannot be written.
     pub fn write_json(&self, name: &str, value: &impl Serialize) -> Result<(), WriteError> {
         let json =
             serde_json::to_vec_pretty(value).map_err(|e| write_error(&self.file(name), e))?;
         self.write(name, &[json, b"\n".to_vec()].concat())
     }
 
-    /// Writes `episodes.csv`.
+    /// Writes the records of a training run as `episodes.csv`.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the file cannot be written.
     pub fn write_episodes(&self, records: &Records) -> Result<(), WriteError> {
         const NAME: &str = "episodes.csv";
         let columns = ["episode", "steps", "return", "epsilon", "loss", "blocked", "terminated"];
@@ -178,14 +227,19 @@ impl RunDirectory {
         })
     }
 
-    /// Writes `config.yaml`: the parameters of several nodes, as a file for `--params-file`.
+    /// Writes `config.yaml`: the node parameters, keyed by node and parameter name, in the format
+    /// of `--params-file`.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the parameters cannot be serialized or the file cannot be written.
     pub fn write_config<V: Serialize>(
         &self,
         nodes: &BTreeMap<String, BTreeMap<String, V>>,
     ) -> Result<(), WriteError> {
         let sections: BTreeMap<String, BTreeMap<&str, &BTreeMap<String, V>>> = nodes
             .iter()
-            // In whatever namespace the nodes stand.
+            // The wildcard matches the nodes in any namespace.
             .map(|(node, values)| {
                 (format!("/**/{node}"), BTreeMap::from([("ros__parameters", values)]))
             })
@@ -205,7 +259,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_earlier_run_is_kept_whatever_its_path_looks_like() {
+    fn keeps_an_earlier_run_for_any_form_of_its_path() {
         let home = tempfile::tempdir().unwrap();
         let path = home.path().join("it's one");
         for (number, path) in [(1, path.clone()), (2, path.join("")), (3, path.join("."))] {
@@ -220,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_replaced_can_be_kept() {
+    fn keeps_the_previous_file() {
         let home = tempfile::tempdir().unwrap();
         let run = RunDirectory::open(home.path()).unwrap();
         for bytes in [b"one", b"two"] {
@@ -228,14 +282,14 @@ mod tests {
         }
         assert_eq!(fs::read(run.file("file")).unwrap(), b"two");
         assert_eq!(fs::read(run.file("before")).unwrap(), b"one");
-        // What cannot be written replaces nothing.
+        // A failed write changes neither file.
         run.write_and_keep("file", "before", |_| anyhow::bail!("no")).unwrap_err();
         assert_eq!(fs::read(run.file("file")).unwrap(), b"two");
         assert_eq!(fs::read(run.file("before")).unwrap(), b"one");
     }
 
     #[test]
-    fn what_a_killed_run_left_unfinished_does_not_stay() {
+    fn replaces_an_unfinished_file_left_by_a_killed_process() {
         let home = tempfile::tempdir().unwrap();
         let run = RunDirectory::open(home.path()).unwrap();
         let unfinished = run.file(&format!("file{UNFINISHED}"));
@@ -252,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_cannot_be_written_leaves_what_was_there() {
+    fn a_failed_write_leaves_other_files_unchanged() {
         let home = tempfile::tempdir().unwrap();
         let run = RunDirectory::open(home.path()).unwrap();
         run.write("file", b"before").unwrap();

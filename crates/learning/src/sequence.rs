@@ -1,23 +1,35 @@
-//! The random sequences of the learner, from the seed of the run.
+//! The random sequences of the learner, which are derived from the seed of the run.
+//!
+//! # Examples
+//!
+//! ```
+//! use learning::sequence::Sequence;
+//!
+//! let seed = 1;
+//! assert_eq!(Sequence::Replay.random(seed), Sequence::Replay.random(seed));
+//! assert_ne!(Sequence::Replay.random(seed), Sequence::Exploration.random(seed));
+//! ```
 
 use task::Random;
 
-/// What is drawn from a random sequence. Each has one of its own, so that drawing from one never changes
-/// another.
+/// The purpose of a random sequence.
+///
+/// Each purpose has its own sequence, so that draws for one purpose never affect those for another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sequence {
     /// The initial weights.
     Weights,
-    /// Exploration: whether, and which action.
+    /// Exploration: whether to explore, and the random action.
     Exploration,
-    /// The batches drawn from the replay memory.
+    /// The batches sampled from the replay memory, and their augmentations.
     Replay,
 }
 
 impl Sequence {
-    /// The sequence of a run.
+    /// Returns this sequence, positioned at its start, for a run with the given seed.
     pub fn random(self, run_seed: u64) -> Random {
-        /// Besides those of [`task::seeds`].
+        // This value differs from the domains in `task::seeds`, so the sequences are independent of
+        // the episode seeds.
         const DOMAIN: u64 = 3;
         let number = match self {
             Sequence::Weights => 0,

@@ -1,4 +1,17 @@
-//! Every number of the method, and the presets that name a set of them.
+//! The hyperparameters of deep Dyna-Q, and the presets.
+//!
+//! # Examples
+//!
+//! ```
+//! use learning::settings::Preset;
+//!
+//! let preset: Preset = "robust".parse()?;
+//! assert_eq!(preset.settings().network.observation_frames, 4);
+//!
+//! let error = "nonsense".parse::<Preset>().unwrap_err();
+//! assert_eq!(error.to_string(), "preset: unknown value 'nonsense' (expected: paper, robust)");
+//! # Ok::<(), learning::settings::UnknownPreset>(())
+//! ```
 
 use std::{fmt, str::FromStr};
 
@@ -10,24 +23,24 @@ use super::exploration::EpsilonDecay;
 /// A named set of [`Settings`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Preset {
-    /// The paper, exactly.
+    /// The hyperparameters of the paper.
     Paper,
-    /// What makes a robot that neither gets stuck nor bumps. docs/results.md shows what becomes of it
-    /// without each of its ingredients.
+    /// The hyperparameters of the paper, with changes that keep the robot from getting stuck and
+    /// reduce blocked moves. The ablation in docs/results.md measures the effect of each change.
     #[default]
     Robust,
 }
 
-/// Why a name is no preset.
+/// The error for a name that is not a [`Preset`].
 #[derive(Debug, Error, PartialEq)]
-#[error("no preset '{0}': expected paper or robust")]
-pub struct NoSuchPreset(String);
+#[error("preset: unknown value '{0}' (expected: paper, robust)")]
+pub struct UnknownPreset(String);
 
 impl Preset {
-    /// Every preset.
+    /// All presets.
     pub const ALL: [Preset; 2] = [Preset::Paper, Preset::Robust];
 
-    /// How many training episodes it takes.
+    /// Returns the default number of training episodes.
     pub fn episodes(self) -> u32 {
         match self {
             Preset::Paper => 1000,
@@ -35,11 +48,12 @@ impl Preset {
         }
     }
 
-    /// The numbers of the preset.
+    /// Returns the hyperparameters of the preset.
     pub fn settings(self) -> Settings {
         match self {
             Preset::Paper => Settings {
                 network: NetworkSettings {
+                    architecture: Architecture::Mlp,
                     hidden_layers: vec![64, 128, 64],
                     observation_frames: 1,
                 },
@@ -100,15 +114,81 @@ impl fmt::Display for Preset {
 }
 
 impl FromStr for Preset {
-    type Err = NoSuchPreset;
+    type Err = UnknownPreset;
 
-    fn from_str(name: &str) -> Result<Preset, NoSuchPreset> {
+    /// Parses `paper` or `robust`.
+    ///
+    /// # Errors
+    ///
+    /// Returns [`UnknownPreset`] for any other name.
+    fn from_str(name: &str) -> Result<Preset, UnknownPreset> {
         let preset = Preset::ALL.into_iter().find(|preset| preset.to_string() == name);
-        preset.ok_or_else(|| NoSuchPreset(name.to_owned()))
+        preset.ok_or_else(|| UnknownPreset(name.to_owned()))
     }
 }
 
-/// When the target network follows the training network.
+/// The architecture of a network, which maps an observation, `[frames * 420 + (frames - 1) * 7]`,
+/// to the values of the seven actions, `[7]`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Architecture {
+    /// A multilayer perceptron, as in the paper: the hidden layers with ReLU, then a linear layer.
+    #[default]
+    Mlp,
+    /// A dueling network (Wang et al., 2016): the hidden layers, then a state value and seven
+    /// advantages.
+    Dueling,
+    /// Two 3 x 3 convolutions over the stacked images, with 16 and 32 channels, and then the hidden
+    /// layers.
+    Convolutional,
+    /// A gated recurrent unit over the stacked images, oldest first, and then the hidden layers.
+    /// The first entry of [`hidden_layers`](NetworkSettings::hidden_layers) is the size of the
+    /// unit's state.
+    Recurrent,
+}
+
+impl Architecture {
+    /// All architectures.
+    pub const ALL: [Architecture; 4] = [
+        Architecture::Mlp,
+        Architecture::Dueling,
+        Architecture::Convolutional,
+        Architecture::Recurrent,
+    ];
+}
+
+impl fmt::Display for Architecture {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Architecture::Mlp => "mlp",
+            Architecture::Dueling => "dueling",
+            Architecture::Convolutional => "convolutional",
+            Architecture::Recurrent => "recurrent",
+        })
+    }
+}
+
+/// The error for a name that is not an [`Architecture`].
+#[derive(Debug, Error, PartialEq)]
+#[error("architecture: unknown value '{0}' (expected: mlp, dueling, convolutional, recurrent)")]
+pub struct UnknownArchitecture(String);
+
+impl FromStr for Architecture {
+    type Err = UnknownArchitecture;
+
+    /// Parses `mlp`, `dueling`, `convolutional` or `recurrent`.
+    ///
+    /// # Errors
+    ///
+    /// Returns [`UnknownArchitecture`] for any other name.
+    fn from_str(name: &str) -> Result<Architecture, UnknownArchitecture> {
+        let all = Architecture::ALL;
+        let found = all.into_iter().find(|architecture| architecture.to_string() == name);
+        found.ok_or_else(|| UnknownArchitecture(name.to_owned()))
+    }
+}
+
+/// When the target network is updated (eq. 6).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TargetUpdate {
@@ -119,7 +199,7 @@ pub enum TargetUpdate {
 }
 
 impl TargetUpdate {
-    /// Both.
+    /// All variants.
     pub const ALL: [TargetUpdate; 2] = [TargetUpdate::Episode, TargetUpdate::Update];
 }
 
@@ -132,37 +212,44 @@ impl fmt::Display for TargetUpdate {
     }
 }
 
-/// Why a word says no [`TargetUpdate`].
+/// The error for a name that is not a [`TargetUpdate`].
 #[derive(Debug, Error, PartialEq)]
-#[error("'{0}' is no time for an update of the target network: expected episode or update")]
-pub struct NoSuchTargetUpdate(String);
+#[error("target_update_at: unknown value '{0}' (expected: episode, update)")]
+pub struct UnknownTargetUpdate(String);
 
 impl FromStr for TargetUpdate {
-    type Err = NoSuchTargetUpdate;
+    type Err = UnknownTargetUpdate;
 
-    fn from_str(name: &str) -> Result<TargetUpdate, NoSuchTargetUpdate> {
-        let when = TargetUpdate::ALL.into_iter().find(|when| when.to_string() == name);
-        when.ok_or_else(|| NoSuchTargetUpdate(name.to_owned()))
+    /// Parses `episode` or `update`.
+    ///
+    /// # Errors
+    ///
+    /// Returns [`UnknownTargetUpdate`] for any other name.
+    fn from_str(name: &str) -> Result<TargetUpdate, UnknownTargetUpdate> {
+        let found = TargetUpdate::ALL.into_iter().find(|update| update.to_string() == name);
+        found.ok_or_else(|| UnknownTargetUpdate(name.to_owned()))
     }
 }
 
-/// The hyperparameters of deep Dyna-Q, by the part of the learner that goes by them.
+/// The hyperparameters of deep Dyna-Q, grouped by the part of the learner that uses them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
-    /// The form of the network.
+    /// The shape of the network.
     pub network: NetworkSettings,
-    /// The replay memory, and the updates from it.
+    /// The replay memory, and the updates that sample from it.
     pub replay: ReplaySettings,
-    /// Which actions are tried.
+    /// Action selection during training.
     pub exploration: ExplorationSettings,
-    /// How a weight moves.
+    /// The optimizer.
     pub optimizer: OptimizerSettings,
-    /// What the values are learnt towards.
+    /// The target values and the target network.
     pub target: TargetSettings,
 }
 
 impl Settings {
-    /// These settings with a change.
+    /// Returns these settings after applying `change`.
+    ///
+    /// # Examples
     ///
     /// ```
     /// use learning::settings::Preset;
@@ -176,73 +263,81 @@ impl Settings {
     }
 }
 
-/// The form of the network.
+/// The shape of the network.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NetworkSettings {
-    /// Neurons of each hidden layer.
+    /// The architecture. Checkpoints without this field contain multilayer perceptrons.
+    #[serde(default)]
+    pub architecture: Architecture,
+    /// Number of neurons in each hidden layer.
     pub hidden_layers: Vec<usize>,
-    /// How many images an observation holds: the present one and those before it, with the actions
-    /// between them.
+    /// Number of stacked images in an observation: the current image and the previous ones, with
+    /// the actions between them. At least 1.
     pub observation_frames: usize,
 }
 
-/// The replay memory, and the updates from it.
+/// The replay memory, and the updates that sample from it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReplaySettings {
-    /// How many experiences are kept; the oldest goes first.
+    /// Maximum number of stored transitions; once the replay memory is full, a new transition
+    /// replaces the oldest.
     pub capacity: usize,
-    /// How many different experiences an update is made from.
+    /// Number of transitions in a batch; all of them are distinct.
     pub batch_size: usize,
-    /// Dyna-Q's n: updates per step.
+    /// Number of updates per step: `n` in Dyna-Q.
     pub planning_steps: usize,
-    /// What a blocked move adds to the reward that is remembered.
+    /// Extra reward added to the stored reward of a blocked move.
     pub blocked_reward: f64,
-    /// Whether half of the experiences that an update draws are seen in a mirror: left and right of
-    /// images and actions exchanged, which is the room as another one could be. A decision then sees
-    /// its state both ways.
+    /// Whether each sampled transition is mirrored with probability 0.5: left and right are swapped
+    /// in its images and actions, which gives a transition in the mirrored room. If true, the agent
+    /// also acts on the mean of the action values of a state and its mirror image.
     pub mirror: bool,
-    /// The share of the experiences that an update draws of which only some of the images are seen, as
-    /// many of the next state as of the state.
+    /// Probability, 0 to 1, that a sampled transition keeps only its most recent images. The number
+    /// of images kept is drawn uniformly from 1 to `observation_frames`, and is the same for the
+    /// state and the next state.
     pub history_dropout: f64,
 }
 
-/// Which actions are tried.
+/// Action selection during training.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ExplorationSettings {
-    /// Eq. 4.
+    /// The decay of epsilon (eq. 4).
     pub epsilon: EpsilonDecay,
-    /// Whether an action is left out that was tried from the very same image, not long ago in this
-    /// episode ([`HORIZON`](super::observation::HORIZON)).
+    /// Whether to exclude actions that were already taken in response to an identical image within
+    /// the last [`HORIZON`](super::observation::HORIZON) steps of the episode. Applies to
+    /// exploration, greedy actions, policies and the choice of the next action in eq. 5.
     pub avoid_repetition: bool,
 }
 
-/// How a weight moves: Adam.
+/// The hyperparameters of Adam (Kingma and Ba, 2017) with decoupled weight decay.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OptimizerSettings {
-    /// Alpha, the step size.
+    /// The step size alpha at the start of training.
     pub learning_rate: f64,
-    /// What share of alpha is left at the end of the training, a straight line from the beginning.
+    /// Step size at the end of training as a fraction of `learning_rate`, 0 to 1; the step size
+    /// changes linearly with the fraction of finished episodes.
     pub final_learning_rate_ratio: f64,
-    /// By what a weight shrinks in an update, in units of alpha (Loshchilov and Hutter, 2019).
+    /// Decoupled weight decay (Loshchilov and Hutter, 2019): each update first multiplies all
+    /// weights and biases by `1 - alpha * weight_decay`.
     pub weight_decay: f64,
-    /// Decay of the mean of the gradients.
+    /// Decay rate of the mean of the gradients.
     pub beta1: f64,
-    /// Decay of the mean of the squared gradients.
+    /// Decay rate of the mean of the squared gradients.
     pub beta2: f64,
-    /// What keeps Adam from dividing by zero; 1e-7 is TensorFlow's.
+    /// Constant added to the denominator of the step; 1e-7 is TensorFlow's default.
     pub epsilon: f64,
 }
 
-/// What the values are learnt towards (eq. 5), and how the target network follows (eq. 6).
+/// The target values (eq. 5) and the update of the target network (eq. 6).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TargetSettings {
-    /// Gamma.
+    /// The discount factor gamma.
     pub discount: f64,
-    /// Whether the training network chooses the action that the target network values (double
-    /// Q-learning: van Hasselt, Guez and Silver, 2016).
+    /// Double Q-learning (van Hasselt, Guez and Silver, 2016): the training network selects the
+    /// next action, and the target network evaluates it.
     pub double_q: bool,
-    /// Tau of eq. 6.
+    /// The rate tau in eq. 6, 0 to 1.
     pub rate: f64,
-    /// When eq. 6 is applied.
+    /// When the target network is updated.
     pub update_at: TargetUpdate,
 }

@@ -1,10 +1,11 @@
-//! The training loop (the paper's Figure 2), in one room or in several at once.
+//! The training loop (Figure 2 of the paper), in one or several environments.
 
 use std::{
     num::NonZeroU64,
     time::{Duration, Instant},
 };
 
+use pulp::Arch;
 use serde::{Deserialize, Serialize};
 use task::{
     Action, Environment, Step,
@@ -14,129 +15,158 @@ use thiserror::Error;
 
 use super::{
     dyna_q::{Decision, DynaQ},
-    perceptron::Arch,
     policy::Policy,
     record::{EpisodeRecord, Records},
     settings::Settings,
 };
 
-/// What a training is of, apart from the method's own numbers.
+/// The episodes of a training run. The hyperparameters are in [`Settings`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// The scenario of every reset, or [`MIXED`](task::seeds::MIXED).
+    /// The scenario of every episode, or [`MIXED`](task::seeds::MIXED).
     pub scenario: String,
-    /// `e_total` of eq. 4.
+    /// Number of episodes, `e_total` in eq. 4.
     pub episodes: u32,
     /// The seed of the run.
     pub seed: u64,
-    /// How many rooms the agent learns in at once. They take a step each in turn; an episode that
-    /// ends is followed by the next one that no room has begun.
+    /// Number of environments in which the agent learns at the same time. They step in lockstep;
+    /// when an episode ends, its environment starts the next episode that has not started yet.
     pub rooms: usize,
 }
 
-/// Why a training does not go on.
+/// An error that interrupts a training run.
 #[derive(Debug, Error)]
 pub enum TrainingError<E> {
-    /// The room does not answer as it should.
+    /// An environment failed.
     #[error(transparent)]
     Environment(E),
-    /// After an interruption the room is not what it was.
+    /// The environment did not reproduce the interrupted episode.
     #[error(
-        "the room does not repeat itself: step {step} of the episode with seed {seed} shows another \
-         image than before; was it started with other parameters?"
+        "the environment is not reproducible: step {step} of the episode with seed {seed} differs \
+         from the one before the interruption (was the environment restarted with different \
+         parameters?)"
     )]
-    NotRepeatable {
-        /// The step, 0 for the reset.
+    NotReproducible {
+        /// The number of the step at which a difference was detected, starting at 1; 0 is the
+        /// reset.
         step: usize,
-        /// The episode's seed.
+        /// The seed of the episode.
         seed: NonZeroU64,
     },
-    /// Weights grew beyond all bounds.
+    /// The loss is infinite or NaN.
     #[error(
-        "the loss is {loss} in episode {episode}: the training diverges, try a smaller learning_rate"
+        "the loss is {loss} in episode {episode}: training diverged (try a smaller learning_rate)"
     )]
     Diverged {
         /// The loss.
         loss: f32,
-        /// The episode.
+        /// The number of finished episodes.
         episode: u32,
     },
-    /// Whoever listens cannot go on.
+    /// The listener failed.
     #[error(transparent)]
     Listener(#[from] anyhow::Error),
 }
 
-/// What a training has done so far.
+/// The progress of a training run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
-    /// One record per finished episode; in a checkpoint they lie apart.
+    /// One record per finished episode. A checkpoint stores them as tensors.
     #[serde(skip)]
     pub records: Records,
-    /// Steps of all episodes, the unfinished one included.
+    /// Number of steps, including those of unfinished episodes.
     pub total_steps: u64,
-    /// Updates of the training network.
+    /// Number of updates of the training network.
     pub updates: u64,
-    /// Time from the first reset to the last update, interruptions left out.
+    /// Wall time from the first reset to the last update, excluding interruptions.
     pub wall: Duration,
-    /// Time spent in updates.
+    /// Wall time spent in updates.
     pub update_time: Duration,
-    /// The first episode that no room has begun.
+    /// Index of the next episode to start.
     pub next_episode: u32,
-    /// The unfinished episode of each room; none where there are no more.
+    /// The current episode of each environment, or `None` if no episode is left for it.
     pub current: Vec<Option<CurrentEpisode>>,
-    /// The step that was begun in every room, if its end has not been seen.
+    /// The unfinished step in all environments, if there is one.
     pub begun: Option<BegunStep>,
 }
 
-/// An episode under way.
+/// An unfinished episode.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CurrentEpisode {
-    /// Its number.
+    /// Index of the episode, starting at 0.
     pub episode: u32,
-    /// The number of the image that the robot sees; none before the first.
+    /// The number of the current image in the replay memory; `None` before the reset.
     pub image: Option<u64>,
-    /// The actions taken so far. With the seed they bring the room back to this state.
+    /// The actions taken so far. A reset with the episode seed, followed by these actions, restores
+    /// the environment.
     pub actions: Vec<Action>,
-    /// The sum of the rewards so far.
+    /// Sum of the rewards so far.
     pub episode_return: f32,
-    /// Sum and number of the losses so far.
+    /// Sum of the losses so far.
     pub loss_sum: f64,
-    /// How many losses the sum is of.
+    /// Number of losses in `loss_sum`.
     pub losses: u32,
-    /// Blocked moves so far.
+    /// Number of blocked moves so far.
     pub blocked: u32,
 }
 
-/// A step under way.
+/// An unfinished step in all environments.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BegunStep {
-    /// The action in each room that has an episode.
+    /// The action in each environment that has a current episode.
     pub actions: Vec<Action>,
-    /// Updates that belong to it and are made already.
+    /// Number of updates already performed during the step, including those that were skipped
+    /// because there were too few transitions.
     pub updates: u32,
 }
 
-/// Who wants to know how the training goes.
+/// Receives the progress of a training run.
 pub trait Listener {
-    /// The agent has decided what the robot in a room, counted from 0, is to do next.
-    fn decision(&mut self, _room: usize, _decision: &Decision) {}
+    /// Called with each decision and the index of its environment, starting at 0. By default, this
+    /// method does nothing.
+    fn decision(&mut self, _environment: usize, _decision: &Decision) {}
 
-    /// An episode has ended.
+    /// Called at the end of each episode.
+    ///
+    /// # Errors
+    ///
+    /// An error interrupts the training run ([`TrainingError::Listener`]).
     fn episode(&mut self, training: &Training, record: &EpisodeRecord) -> anyhow::Result<()>;
 }
 
-/// A training: the plan, the learner and how far they are.
+/// A training run: the plan, the learner and the progress.
+///
+/// The [crate example](crate#examples) performs a training run.
+///
+/// # Examples
+///
+/// ```
+/// use learning::{
+///     settings::Preset,
+///     training::{Plan, Training},
+/// };
+///
+/// let plan = Plan { scenario: "empty".into(), episodes: 1000, seed: 1, rooms: 2 };
+/// let training = Training::new(plan, Preset::Paper.settings())?;
+/// assert_eq!(training.episode(), 0);
+/// assert_eq!(training.progress.current.len(), 2);
+/// # Ok::<(), candle_core::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Training {
-    /// What it is of.
+    /// The episodes of the training run.
     pub plan: Plan,
-    /// What has been done.
+    /// The progress so far.
     pub progress: Progress,
     pub(super) learner: DynaQ,
 }
 
 impl Training {
-    /// A training that has not begun.
+    /// Creates a training run that has not started.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the settings do not describe a valid network.
     pub fn new(plan: Plan, settings: Settings) -> Result<Training, candle_core::Error> {
         let learner = DynaQ::new(settings, plan.seed, plan.rooms)?;
         let mut progress = Progress::default();
@@ -147,69 +177,81 @@ impl Training {
         Ok(Training { plan, progress, learner })
     }
 
-    /// As [`DynaQ::set_arch`].
+    /// Selects the vector instructions to use (see [`DynaQ::set_arch`]).
     pub fn set_arch(&mut self, arch: Arch) {
         self.learner.set_arch(arch);
     }
 
-    /// The learner.
+    /// Returns the learner.
     pub fn learner(&self) -> &DynaQ {
         &self.learner
     }
 
-    /// What has been learned so far, at work.
-    pub fn policy(&self) -> Result<Policy, candle_core::Error> {
-        Policy::new(&self.learner.network().network()?, &self.learner.settings)
+    /// Returns the greedy policy of the training network.
+    pub fn policy(&self) -> Policy {
+        Policy::new(self.learner.network().clone_box(), &self.learner.settings)
     }
 
-    /// How many episodes have ended; in one room, the number of the present one.
+    /// Returns the number of finished episodes; with one environment, this is the index of the
+    /// current episode.
     pub fn episode(&self) -> u32 {
         self.progress.records.len() as u32
     }
 
+    /// Returns the exploration probability of an episode (eq. 4).
     fn epsilon_of(&self, episode: u32) -> f64 {
         self.learner.settings.exploration.epsilon.epsilon(episode, self.plan.episodes)
     }
 
-    /// Steps per second of wall time, so far.
+    /// Returns the mean number of steps per second of wall time.
     pub fn steps_per_s(&self) -> f64 {
         self.progress.total_steps as f64 / self.progress.wall.as_secs_f64().max(f64::MIN_POSITIVE)
     }
 
-    /// Mean time of an update in microseconds; 0 before the first.
+    /// Returns the mean update time in microseconds, or 0 before the first update.
     pub fn update_us(&self) -> f64 {
         self.progress.update_time.as_secs_f64() * 1e6 / self.progress.updates.max(1) as f64
     }
 
-    /// Trains until all episodes are done. After an error of a room, [`super::checkpoint`] can save
-    /// the training, and `run` goes on from there as if nothing had happened.
+    /// Trains until all episodes are finished.
+    ///
+    /// After an environment error, the training run can be saved
+    /// ([`write_checkpoint`](Training::write_checkpoint)) and `run` can be called again. The new
+    /// call restores the interrupted episodes and continues, with the same result as without the
+    /// interruption.
     ///
     /// # Errors
     ///
-    /// A room fails or does not repeat itself, the training diverges, or the listener fails.
+    /// Returns an error if an environment fails or does not reproduce an interrupted episode, if
+    /// training diverges, or if the listener fails.
     ///
     /// # Panics
     ///
-    /// There must be as many rooms as the plan says.
+    /// Panics if the number of environments differs from the plan.
     pub fn run<E: Environment>(
         &mut self,
-        rooms: &mut [E],
+        environments: &mut [E],
         listener: &mut impl Listener,
     ) -> Result<(), TrainingError<E::Error>> {
-        assert_eq!(rooms.len(), self.plan.rooms, "the training is for another number of rooms");
+        let expected = self.plan.rooms;
+        assert_eq!(
+            environments.len(),
+            expected,
+            "the number of environments differs from the plan"
+        );
         let mut counted = Instant::now();
-        // The reset under way in each room whose episode has not begun there.
-        let mut resets: Vec<Option<E::PendingReset>> = rooms.iter().map(|_| None).collect();
-        let all: Vec<usize> = (0..rooms.len()).collect();
-        self.begin_resets(rooms, &all, &mut resets)?;
+        // The pending reset of each environment.
+        let mut resets: Vec<Option<E::PendingReset>> = environments.iter().map(|_| None).collect();
+        let all: Vec<usize> = (0..environments.len()).collect();
+        self.begin_resets(environments, &all, &mut resets)?;
         while self.progress.current.iter().any(Option::is_some) {
-            self.finish_resets(rooms, &mut resets)?;
-            let ended = self.step(rooms, listener)?;
+            self.finish_resets(environments, &mut resets)?;
+            let ended = self.step(environments, listener)?;
             self.progress.wall += counted.elapsed();
             counted = Instant::now();
             if !ended.is_empty() {
-                // While the rooms make themselves ready, there is time to tell of the episodes.
-                self.begin_resets(rooms, &ended, &mut resets)?;
+                // The listener runs while the environments reset.
+                self.begin_resets(environments, &ended, &mut resets)?;
                 for record in self.progress.records.recent(ended.len()) {
                     listener.episode(self, record)?;
                 }
@@ -218,46 +260,47 @@ impl Training {
         Ok(())
     }
 
-    /// Asks some of the rooms for the episodes that they have next, if they have one.
+    /// Requests a reset in each of the given environments that has a current episode.
     fn begin_resets<E: Environment>(
         &self,
-        rooms: &mut [E],
-        which: &[usize],
+        environments: &mut [E],
+        indices: &[usize],
         resets: &mut [Option<E::PendingReset>],
     ) -> Result<(), TrainingError<E::Error>> {
-        for &room in which {
-            if let Some(CurrentEpisode { episode, .. }) = self.progress.current[room] {
+        for &index in indices {
+            if let Some(CurrentEpisode { episode, .. }) = self.progress.current[index] {
                 let Plan { scenario, seed, .. } = &self.plan;
                 let scenario = episode_scenario(scenario, Purpose::Training, *seed, episode);
-                let reset = rooms[room].begin_reset(self.seed_of(episode), scenario);
-                resets[room] = Some(reset.map_err(TrainingError::Environment)?);
+                let reset = environments[index].begin_reset(self.seed_of(episode), scenario);
+                resets[index] = Some(reset.map_err(TrainingError::Environment)?);
             }
         }
         Ok(())
     }
 
+    /// Returns the seed of an episode.
     fn seed_of(&self, episode: u32) -> NonZeroU64 {
         episode_seed(Purpose::Training, self.plan.seed, episode)
     }
 
-    /// Waits for the rooms that were asked for an episode.
+    /// Finishes the pending resets, and restores interrupted episodes.
     fn finish_resets<E: Environment>(
         &mut self,
-        rooms: &mut [E],
+        environments: &mut [E],
         resets: &mut [Option<E::PendingReset>],
     ) -> Result<(), TrainingError<E::Error>> {
-        for (index, (room, reset)) in rooms.iter_mut().zip(resets).enumerate() {
+        for (index, (environment, reset)) in environments.iter_mut().zip(resets).enumerate() {
             let (Some(reset), Some(current)) = (reset.take(), &self.progress.current[index]) else {
                 continue;
             };
             let seed = self.seed_of(current.episode);
-            let mut image = room.finish_reset(reset).map_err(TrainingError::Environment)?;
-            // An interrupted episode: the room is brought back to where it was.
+            let mut image = environment.finish_reset(reset).map_err(TrainingError::Environment)?;
+            // An interrupted episode is restored by repeating its actions.
             for (step, action) in current.actions.iter().enumerate() {
-                let again = room.step(*action).map_err(TrainingError::Environment)?;
-                image = again.image;
-                if again.terminated || again.truncated {
-                    return Err(TrainingError::NotRepeatable { step: step + 1, seed });
+                let repeated = environment.step(*action).map_err(TrainingError::Environment)?;
+                image = repeated.image;
+                if repeated.terminated || repeated.truncated {
+                    return Err(TrainingError::NotReproducible { step: step + 1, seed });
                 }
             }
             let number = match current.image {
@@ -265,7 +308,7 @@ impl Training {
                 Some(number) if self.learner.memory.frame(number).image == *image.bytes() => number,
                 Some(_) => {
                     let step = current.actions.len();
-                    return Err(TrainingError::NotRepeatable { step, seed });
+                    return Err(TrainingError::NotReproducible { step, seed });
                 }
             };
             if let Some(current) = &mut self.progress.current[index] {
@@ -275,28 +318,29 @@ impl Training {
         Ok(())
     }
 
-    /// One step in every room that has an episode. Returns the rooms whose episodes it ended.
+    /// Takes one step in each environment that has a current episode. Returns the indices of the
+    /// environments whose episodes ended.
     fn step<E: Environment>(
         &mut self,
-        rooms: &mut [E],
+        environments: &mut [E],
         listener: &mut impl Listener,
     ) -> Result<Vec<usize>, TrainingError<E::Error>> {
         let current = &self.progress.current;
         let active: Vec<usize> =
             (0..current.len()).filter(|index| current[*index].is_some()).collect();
-        // At time t the agent observes s_t and chooses a_t, unless it had chosen before it was
-        // interrupted,
+        // At time t, the agent observes s_t and chooses a_t, unless it already chose a_t before an
+        // interruption.
         let actions = match &self.progress.begun {
             Some(begun) => begun.actions.clone(),
             None => {
-                let seen: Vec<(u64, f64)> = current
+                let states: Vec<(u64, f64)> = current
                     .iter()
                     .flatten()
                     .filter_map(|current| Some((current.image?, self.epsilon_of(current.episode))))
                     .collect();
-                let decisions = self.learner.act(&seen);
-                for (room, decision) in active.iter().zip(&decisions) {
-                    listener.decision(*room, decision);
+                let decisions = self.learner.act(&states);
+                for (index, decision) in active.iter().zip(&decisions) {
+                    listener.decision(*index, decision);
                 }
                 let actions: Vec<Action> =
                     decisions.iter().map(|decision| decision.action).collect();
@@ -304,12 +348,12 @@ impl Training {
                 actions
             }
         };
-        // then transitions to s_t+1 and receives R_t+1. Experience replay is performed every time
-        // the agent takes a step: it begins while the room is at work.
-        let begin = |(room, action): (&usize, &Action)| rooms[*room].begin_step(*action);
+        // The environment transitions to s_t+1 and returns R_t+1. Experience replay is performed in
+        // every step, while the environments are busy.
+        let begin = |(index, action): (&usize, &Action)| environments[*index].begin_step(*action);
         let begun = active.iter().zip(&actions).map(begin).collect::<Result<Vec<_>, _>>();
         let begun = begun.map_err(TrainingError::Environment)?;
-        let steps = self.plan_and_finish_steps(rooms, &active, &actions, begun)?;
+        let steps = self.plan_and_finish_steps(environments, &active, &actions, begun)?;
         self.progress.begun = None;
         let mut ended = Vec::new();
         for ((index, action), step) in active.into_iter().zip(actions).zip(steps) {
@@ -322,7 +366,8 @@ impl Training {
             current.episode_return += step.reward;
             current.blocked += u32::from(step.blocked);
             if step.terminated || step.truncated {
-                // The target network follows at the end of each episode.
+                // With the paper's settings, the target network is updated at the end of each
+                // episode.
                 self.learner.end_episode();
                 self.record(current, step.terminated);
                 let next = self.progress.next_episode(self.plan.episodes);
@@ -335,13 +380,15 @@ impl Training {
         Ok(ended)
     }
 
-    /// Makes the updates of a step, and waits for its end where one of them needs its experience.
+    /// Performs the updates of a step. Waits for the step to finish as soon as an update needs its
+    /// transitions, at the latest after the last update.
     ///
-    /// The result is that of remembering first and updating then: what a batch holds follows from the
-    /// length that the memory will have, so a batch without the newest experiences is known before.
+    /// The result is the same as if the transitions were stored before all updates: the indices of
+    /// a batch depend only on the future size of the replay memory, so batches that do not contain
+    /// the newest transitions are known before the step ends.
     fn plan_and_finish_steps<E: Environment>(
         &mut self,
-        rooms: &mut [E],
+        environments: &mut [E],
         active: &[usize],
         actions: &[Action],
         begun: Vec<E::PendingStep>,
@@ -352,19 +399,20 @@ impl Training {
         while self.updates_made() < planning_steps * active.len() {
             let before = self.learner.replay_random.clone();
             let more = if begun.is_some() { active.len() } else { 0 };
-            let is_drawn = self.learner.draw(more);
-            if is_drawn
+            let is_sampled = self.learner.sample(more);
+            if is_sampled
                 && self.learner.batch_needs_next(more)
                 && let Some(begun) = begun.take()
             {
-                let steps = finish_steps(rooms, active, begun).inspect_err(|_| {
-                    // The update was not made: made later, it must be the same one.
+                let steps = finish_steps(environments, active, begun).inspect_err(|_| {
+                    // The update is performed after the training run resumes, and must sample the
+                    // same batch.
                     self.learner.replay_random = before;
                 })?;
-                self.remember(active, actions, &steps);
+                self.store(active, actions, &steps);
                 finished = Some(steps);
             }
-            if is_drawn {
+            if is_sampled {
                 self.update(active[self.updates_made() / planning_steps])?;
             }
             if let Some(begun) = &mut self.progress.begun {
@@ -372,29 +420,31 @@ impl Training {
             }
         }
         if let Some(begun) = begun {
-            let steps = finish_steps(rooms, active, begun)?;
-            self.remember(active, actions, &steps);
+            let steps = finish_steps(environments, active, begun)?;
+            self.store(active, actions, &steps);
             finished = Some(steps);
         }
         Ok(finished.unwrap_or_default())
     }
 
-    fn remember(&mut self, active: &[usize], actions: &[Action], steps: &[Step]) {
+    /// Stores the transitions of a step.
+    fn store(&mut self, active: &[usize], actions: &[Action], steps: &[Step]) {
         for ((index, action), step) in active.iter().zip(actions).zip(steps) {
             let current = self.progress.current[*index].as_mut();
-            // It is there, and has an image, since the room was reset.
+            // Active environments have a current episode, whose image was set by the reset.
             if let Some(image) = current.and_then(|current| current.image.as_mut()) {
-                *image = self.learner.remember(*image, *action, step);
+                *image = self.learner.store(*image, *action, step);
             }
         }
     }
 
+    /// Returns the number of updates already performed or skipped during the step.
     fn updates_made(&self) -> usize {
         self.progress.begun.as_ref().map_or(0, |begun| begun.updates as usize)
     }
 
-    /// An update, on account of the episode in a room.
-    fn update<E>(&mut self, room: usize) -> Result<(), TrainingError<E>> {
+    /// Performs an update and adds its loss to the current episode of an environment.
+    fn update<E>(&mut self, index: usize) -> Result<(), TrainingError<E>> {
         let started = Instant::now();
         self.learner.set_progress(f64::from(self.episode()) / f64::from(self.plan.episodes));
         let loss = self.learner.update();
@@ -403,13 +453,14 @@ impl Training {
         }
         self.progress.updates += 1;
         self.progress.update_time += started.elapsed();
-        if let Some(current) = &mut self.progress.current[room] {
+        if let Some(current) = &mut self.progress.current[index] {
             current.loss_sum += f64::from(loss);
             current.losses += 1;
         }
         Ok(())
     }
 
+    /// Adds the record of a finished episode.
     fn record(&mut self, ended: CurrentEpisode, terminated: bool) {
         let record = EpisodeRecord {
             episode: ended.episode,
@@ -425,7 +476,7 @@ impl Training {
 }
 
 impl Progress {
-    /// Takes the next episode that no room has begun, if there is one.
+    /// Starts the next episode, if there is one.
     fn next_episode(&mut self, episodes: u32) -> Option<CurrentEpisode> {
         (self.next_episode < episodes).then(|| {
             let episode = self.next_episode;
@@ -435,13 +486,13 @@ impl Progress {
     }
 }
 
-/// The ends of the steps of all rooms, or none: an error must leave no half of them behind.
+/// Finishes the steps of all active environments. If one fails, none of the steps are stored.
 fn finish_steps<E: Environment>(
-    rooms: &mut [E],
+    environments: &mut [E],
     active: &[usize],
     begun: Vec<E::PendingStep>,
 ) -> Result<Vec<Step>, TrainingError<E::Error>> {
-    let finish = |(room, step): (&usize, E::PendingStep)| rooms[*room].finish_step(step);
+    let finish = |(index, step): (&usize, E::PendingStep)| environments[*index].finish_step(step);
     let steps = active.iter().zip(begun).map(finish).collect::<Result<_, _>>();
     steps.map_err(TrainingError::Environment)
 }

@@ -1,69 +1,101 @@
-//! What the actions are worth in a state, according to a network.
+//! The action values that a network assigns to states.
 
+use pulp::Arch;
 use task::Action;
 
 use super::{
-    observation::{Moment, View},
-    perceptron::{Activations, Arch, Perceptron},
+    activations::Activations,
+    backend::Network,
+    observation::{Augmentation, Moment},
 };
 
-/// How a decision looks at a state: as it is, and where mirrored memories are learnt from, also in
-/// the mirror. What the network has learnt of both is the same room, so the mean of the two answers
-/// errs less than either.
-const BOTH: [View; 2] = [View::PLAIN, View { mirrored: true, ..View::PLAIN }];
+/// The augmentations that yield a state and its mirror image. A network trained with mirrored
+/// transitions gives two estimates of the same values for the two; their mean has a smaller error.
+const BOTH: [Augmentation; 2] =
+    [Augmentation::NONE, Augmentation { mirrored: true, ..Augmentation::NONE }];
 
-/// A forward pass that decisions are made from, in training as in the test.
+/// The buffers for the forward passes on which decisions are based in training, evaluation and
+/// deployment.
+///
+/// # Examples
+///
+/// ```
+/// use learning::{
+///     architectures::backend, observation::History, settings::Preset, valuation::Valuation,
+/// };
+/// use task::{Image, Random};
+///
+/// let settings = Preset::Paper.settings();
+/// let backend = backend(&settings, &mut Random::from_key([0; 4]))?;
+/// let mut valuation = Valuation::new(backend.train(), 1, false, 1);
+/// let mut history = History::new(1);
+/// history.begin(Image::try_from(vec![0u8; Image::BYTES])?);
+/// let states = std::iter::once(history.past());
+/// let values: Vec<[f32; 7]> = valuation.of(backend.train(), states).collect();
+/// assert_eq!(values, [[0.0; 7]]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Valuation {
     activations: Activations,
     frames: usize,
-    views: &'static [View],
+    augmentations: &'static [Augmentation],
 }
 
 impl Valuation {
-    /// For networks of this form with `frames` stacked images, and at most `states` states at once. With
-    /// `mirror` the values are the mean over the state and its mirror image.
-    pub fn new(network: &Perceptron, frames: usize, mirror: bool, states: usize) -> Valuation {
-        let views = &BOTH[..if mirror { 2 } else { 1 }];
-        let activations = network.activations(states * views.len());
-        Valuation { activations, frames, views }
+    /// Creates buffers for networks of the same shape as `network`, observations of `frames`
+    /// stacked images, and at most `states` states per call. If `mirror` is true, values are the
+    /// mean over a state and its mirror image.
+    pub fn new(network: &dyn Network, frames: usize, mirror: bool, states: usize) -> Valuation {
+        let augmentations = &BOTH[..if mirror { 2 } else { 1 }];
+        let activations = network.activations(states * augmentations.len());
+        Valuation { activations, frames, augmentations }
     }
 
-    /// Computes by these vector instructions from now on.
+    /// Selects the vector instructions used to write observations.
     pub(crate) fn set_arch(&mut self, arch: Arch) {
         self.activations.set_arch(arch);
     }
 
-    /// The values of the actions in each state, which is given by the present moment and those before
-    /// it. There are at most as many states as this was made for.
+    /// Returns the values of the seven actions in each state. A state is given by the moments of
+    /// its episode, newest first.
+    ///
+    /// `network` must have the shape of the network that the buffers were created for. States
+    /// beyond the maximum number are not evaluated.
     pub fn of<'a, Past>(
         &mut self,
-        network: &Perceptron,
+        network: &dyn Network,
         states: impl Iterator<Item = Past>,
     ) -> impl Iterator<Item = [f32; Action::COUNT]>
     where
         Past: Iterator<Item = Moment<'a>> + Clone,
     {
-        let views = self.views;
-        let looked_at = |state: Past| views.iter().map(move |view| (state.clone(), *view));
+        let augmentations = self.augmentations;
+        let augmented = |state: Past| {
+            augmentations.iter().map(move |augmentation| (state.clone(), *augmentation))
+        };
         let mut count = 0;
-        let observations = states.inspect(|_| count += 1).flat_map(looked_at);
+        let observations = states.inspect(|_| count += 1).flat_map(augmented);
         self.activations.read_observations(self.frames, observations);
         network.forward(&mut self.activations);
         let mut outputs = self.activations.outputs();
-        (0..count).map(move |_| mean(views, &mut outputs))
+        (0..count).map(move |_| mean(augmentations, &mut outputs))
     }
 }
 
-/// The mean over the views of a state, given the outputs for each.
-fn mean<'a>(views: &[View], outputs: impl Iterator<Item = &'a [f32]>) -> [f32; Action::COUNT] {
+/// Returns the mean action values over the augmentations of a state, given the network outputs for
+/// each augmentation.
+fn mean<'a>(
+    augmentations: &[Augmentation],
+    outputs: impl Iterator<Item = &'a [f32]>,
+) -> [f32; Action::COUNT] {
     let mut values = [0.0; Action::COUNT];
-    for (view, outputs) in views.iter().zip(outputs) {
+    for (augmentation, outputs) in augmentations.iter().zip(outputs) {
         for (action, value) in Action::ALL.into_iter().zip(&mut values) {
-            *value += outputs[usize::from(view.action(action).index())];
+            *value += outputs[usize::from(augmentation.action(action).index())];
         }
     }
-    values.map(|sum| sum / views.len() as f32)
+    values.map(|sum| sum / augmentations.len() as f32)
 }
 
 #[cfg(test)]
@@ -74,6 +106,7 @@ mod tests {
     use crate::{
         network::QNetwork,
         observation::input_size,
+        perceptron::Perceptron,
         sequence::Sequence,
         settings::{Preset, Settings},
     };
@@ -90,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mirrored_room_has_mirrored_values() {
+    fn a_mirrored_state_has_mirrored_values() {
         let settings = Preset::Robust.settings();
         let network = network(&settings);
         let images: Vec<[u8; Image::BYTES]> = (0..2)
@@ -112,7 +145,7 @@ mod tests {
             assert!((values[0][own] - values[1][other]).abs() < 1e-6, "{values:?}");
         }
         assert!(values[0] != values[1]);
-        // Without a mirror it is what the network says of the room as it is.
+        // Without mirroring, the values are the outputs of the network.
         let mut valuation = Valuation::new(&network, settings.network.observation_frames, false, 2);
         let plain: Vec<_> = valuation.of(&network, states).collect();
         for action in Action::ALL {

@@ -1,4 +1,4 @@
-//! One plot as an SVG element that takes its colours and its letters from the page around it.
+//! A plot as an SVG element that uses the colours and the font of the surrounding page.
 
 use std::io;
 
@@ -6,26 +6,30 @@ use plotters::prelude::*;
 
 use super::axis::Axis;
 
-/// What plotters can fail with; drawing into a string gives it no reason to.
+/// The error type of plotters. Drawing to a string is not expected to fail.
 pub(super) type PlotError = DrawingAreaErrorKind<io::Error>;
 
-/// plotters draws at whole pixels. On a canvas this much finer than the page, curves are smooth.
-const FINENESS: u32 = 4;
-/// The height of the letters, in pixels of the page.
-const LETTERS: u32 = 12;
+/// Canvas pixels per pixel of the page. plotters rounds coordinates to whole pixels; on a finer
+/// canvas, curves are smooth.
+const SCALE: u32 = 4;
+/// Font size in page pixels.
+const FONT_SIZE: u32 = 12;
 
-/// An ink is a CSS variable of the page, which knows about light and dark. plotters knows only RGB:
-/// it draws with a stand-in, which the variable then replaces. The last is its colour on a light page.
-const INKS: [(RGBColor, &str, &str); 4] = [
+/// Placeholder colour, CSS variable, and colour on a light page. plotters supports only RGB
+/// colours: it draws with placeholders, which are then replaced by CSS variables. The page defines
+/// these variables for light and dark mode.
+const COLOURS: [(RGBColor, &str, &str); 4] = [
     (LABELS, "var(--muted)", "#646b74"),
     (GRID, "var(--grid)", "#e4e2dd"),
     (POINTS, "var(--points)", "#7d9bb5"),
     (LINE, "var(--line)", "#14568f"),
 ];
 
-/// A plot without the page around it: a file of its own.
+/// Converts an `<svg>` element of the page to an SVG file with the colours of a light page.
 pub(super) fn standalone(svg: &str) -> String {
-    let light = INKS.iter().fold(svg.to_owned(), |svg, (_, ink, light)| svg.replace(ink, light));
+    let light = COLOURS
+        .iter()
+        .fold(svg.to_owned(), |svg, (_, variable, light)| svg.replace(variable, light));
     let namespace = "<svg xmlns=\"http://www.w3.org/2000/svg\" font-family=\"sans-serif\"";
     light.replacen("<svg", namespace, 1)
 }
@@ -35,31 +39,33 @@ const GRID: RGBColor = RGBColor(0, 0, 2);
 const POINTS: RGBColor = RGBColor(0, 0, 3);
 const LINE: RGBColor = RGBColor(0, 0, 4);
 
-/// Light points and a heavy line over the episodes of a training.
+/// A plot over the episodes of a training run, with points and a line.
 pub(super) struct Chart<'a> {
-    /// In pixels of the page, before the page scales it to the room there is.
+    /// Width and height in pixels, before the page scales the plot to the available width.
     pub size: (u32, u32),
-    /// What the plot shows, for those who cannot see it.
+    /// Text for screen readers.
     pub description: &'a str,
     pub x: Axis,
     pub y: Axis,
     pub y_label: &'a str,
-    /// (episode, value). What lies off the axes is not drawn.
+    /// Points as (episode, value). Points outside the range of the axes are not drawn.
     pub points: &'a [(f64, f64)],
+    /// Points of the line, in the same format.
     pub line: &'a [(f64, f64)],
 }
 
 impl Chart<'_> {
-    /// The plot as an `<svg>` element.
+    /// Returns the plot as an `<svg>` element for the page.
     pub fn to_svg(&self) -> Result<String, PlotError> {
         let mut svg = String::new();
         self.draw(&mut svg)?;
-        for (RGBColor(red, green, blue), ink, _) in INKS {
-            svg = svg.replace(&format!("#{red:02X}{green:02X}{blue:02X}"), ink);
+        for (RGBColor(red, green, blue), variable, _) in COLOURS {
+            svg = svg.replace(&format!("#{red:02X}{green:02X}{blue:02X}"), variable);
         }
-        // Inside a page an SVG element needs no namespace; its size is the style sheet's affair.
+        // Replaces the <svg> tag of plotters: in a page, an SVG element needs no namespace, and the
+        // style sheet sets its size.
         let body = svg.split_once('>').map_or("", |(_, body)| body);
-        let (width, height) = (self.size.0 * FINENESS, self.size.1 * FINENESS);
+        let (width, height) = (self.size.0 * SCALE, self.size.1 * SCALE);
         let description = self.description;
         Ok(format!(
             "<svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{description}\">{body}"
@@ -67,40 +73,41 @@ impl Chart<'_> {
     }
 
     fn draw(&self, svg: &mut String) -> Result<(), PlotError> {
-        let fine = |pixels: u32| pixels * FINENESS;
-        let size = (fine(self.size.0), fine(self.size.1));
+        let scaled = |pixels: u32| pixels * SCALE;
+        let size = (scaled(self.size.0), scaled(self.size.1));
         let canvas = SVGBackend::with_string(svg, size).into_drawing_area();
-        // plotters writes letters 1.24 times smaller than it is asked to.
-        let letters =
-            ("sans-serif", f64::from(fine(LETTERS)) * 1.24, &LABELS).into_text_style(&canvas);
+        // plotters draws text 1.24 times smaller than the requested size.
+        let text_style =
+            ("sans-serif", f64::from(scaled(FONT_SIZE)) * 1.24, &LABELS).into_text_style(&canvas);
 
         let mut chart = ChartBuilder::on(&canvas)
-            .margin_top(fine(LETTERS))
-            .margin_right(fine(2 * LETTERS))
-            .x_label_area_size(fine(44))
-            .y_label_area_size(fine(70))
+            .margin_top(scaled(FONT_SIZE))
+            .margin_right(scaled(2 * FONT_SIZE))
+            .x_label_area_size(scaled(44))
+            .y_label_area_size(scaled(70))
             .build_cartesian_2d(self.x.clone(), self.y.clone())?;
         chart
             .configure_mesh()
             .disable_x_mesh()
-            .bold_line_style(GRID.stroke_width(FINENESS))
-            .axis_style(GRID.stroke_width(FINENESS))
-            // Labels keep twice the length of a tick away from the axis.
-            .set_all_tick_mark_size(fine(3))
-            .label_style(letters)
+            .bold_line_style(GRID.stroke_width(SCALE))
+            .axis_style(GRID.stroke_width(SCALE))
+            // Also sets the distance of the labels from the axis: twice the length of a tick mark.
+            .set_all_tick_mark_size(scaled(3))
+            .label_style(text_style)
             .x_desc("Episode")
             .y_desc(self.y_label)
             .draw()?;
 
-        let on_the_plot = |(x, y): &&(f64, f64)| self.x.holds(*x) && self.y.holds(*y);
-        let points = self.points.iter().filter(on_the_plot).copied();
-        let radius = fine(3) / 2;
+        let is_visible = |(x, y): &&(f64, f64)| self.x.contains(*x) && self.y.contains(*y);
+        let points = self.points.iter().filter(is_visible).copied();
+        let radius = scaled(3) / 2;
         chart.draw_series(points.map(|at| Circle::new(at, radius, POINTS.mix(0.6).filled())))?;
-        let line: Vec<_> = self.line.iter().filter(on_the_plot).copied().collect();
-        if let [alone] = line[..] {
-            chart.draw_series([Circle::new(alone, fine(3), LINE.filled())])?;
+        let line: Vec<_> = self.line.iter().filter(is_visible).copied().collect();
+        // A line through a single point would be invisible.
+        if let [single] = line[..] {
+            chart.draw_series([Circle::new(single, scaled(3), LINE.filled())])?;
         }
-        chart.draw_series(LineSeries::new(line, LINE.stroke_width(fine(2))))?;
+        chart.draw_series(LineSeries::new(line, LINE.stroke_width(scaled(2))))?;
         canvas.present()
     }
 }

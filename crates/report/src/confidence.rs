@@ -1,15 +1,26 @@
-//! How far a success rate of so many episodes, or a mean over so many seeds, can be trusted.
+//! Confidence intervals for success rates and for means over seeds.
 
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// The two-sided 95 % quantile of the standard normal distribution.
+/// The 97.5 % quantile of the standard normal distribution, for two-sided 95 % intervals.
 const Z: f64 = 1.959_964;
 
-/// Wilson's 95 % score interval of a share (Wilson 1927), `None` without trials.
+/// Returns the 95 % score interval (low, high) of a success rate (Wilson 1927), or `None` if there
+/// are no trials. Both ends are between 0 and 1.
 ///
-/// Unlike the textbook's `p ± z sqrt(p (1 - p) / n)` it stays within 0 and 1, and says something
-/// when every trial succeeded, which is the usual case here.
+/// Unlike the normal approximation `p ± z sqrt(p (1 - p) / n)`, this interval stays within 0 to 1
+/// and does not collapse to a point if every trial succeeds, which is the usual case here.
+///
+/// # Examples
+///
+/// ```
+/// use report::confidence::wilson_interval;
+///
+/// let (low, high) = wilson_interval(943, 1000).unwrap();
+/// assert!((low - 0.927).abs() < 1e-3 && (high - 0.956).abs() < 1e-3);
+/// assert_eq!(wilson_interval(0, 0), None);
+/// ```
 pub fn wilson_interval(successes: u32, trials: u32) -> Option<(f64, f64)> {
     if trials == 0 {
         return None;
@@ -19,28 +30,40 @@ pub fn wilson_interval(successes: u32, trials: u32) -> Option<(f64, f64)> {
     let scale = 1.0 + Z * Z / n;
     let centre = (p + Z * Z / (2.0 * n)) / scale;
     let half_width = Z / scale * (p * (1.0 - p) / n + Z * Z / (4.0 * n * n)).sqrt();
-    // The ends are exact where nothing or everything succeeded; rounding must not blur them.
+    // Avoids rounding errors: the low end is exactly 0 if no trial succeeds, and the high end is
+    // exactly 1 if all succeed.
     let low = if successes == 0 { 0.0 } else { centre - half_width };
     let high = if successes >= trials { 1.0 } else { centre + half_width };
     Some((low, high))
 }
 
-/// A mean over seeds.
+/// A mean over seeds with its confidence interval.
+///
+/// # Examples
+///
+/// ```
+/// use report::confidence::Mean;
+///
+/// let mean = Mean::of(&[11.2, 11.6, 11.4]).unwrap();
+/// let (low, high) = mean.interval.unwrap();
+/// assert!(low < mean.mean && mean.mean < high);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Mean {
     /// The mean.
     pub mean: f64,
-    /// Student's 95 % confidence interval; none of a single seed.
+    /// 95 % confidence interval (low, high), from Student's t-distribution; `None` for a single
+    /// seed.
     pub interval: Option<(f64, f64)>,
 }
 
 impl Mean {
-    /// `None` without values.
+    /// Returns the mean of `values`, one per seed, or `None` if there are none.
     pub fn of(values: &[f64]) -> Option<Mean> {
         let count = values.len() as f64;
         let mean = values.iter().sum::<f64>() / count;
         let freedom = count - 1.0;
-        // Without a degree of freedom there is no distribution, and no interval.
+        // The distribution, and therefore the interval, requires at least one degree of freedom.
         let interval = StudentsT::new(0.0, 1.0, freedom).ok().map(|distribution| {
             let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
             let error = (squares / freedom / count).sqrt();
@@ -56,7 +79,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_agrees_with_published_values() {
+    fn wilson_intervals_agree_with_published_values() {
         // Newcombe 1998, table I, method 3: 81 of 263, and 15 of 148.
         for (successes, trials, low, high) in [(81, 263, 0.2553, 0.3662), (15, 148, 0.0624, 0.1605)]
         {
@@ -66,8 +89,9 @@ mod tests {
     }
 
     #[test]
-    fn a_mean_has_students_interval() {
-        // The quantile for four degrees of freedom is 2.776445; the standard error here is 0.707107.
+    fn the_interval_of_a_mean_is_based_on_the_t_distribution() {
+        // With four degrees of freedom, the 97.5 % quantile is 2.776445. The standard error is
+        // 0.707107.
         let mean = Mean::of(&[1.0, 2.0, 3.0, 4.0, 5.0]).unwrap();
         let (low, high) = mean.interval.unwrap();
         assert!((low - 1.036_757).abs() < 1e-5 && (high - 4.963_243).abs() < 1e-5, "{mean:?}");
@@ -76,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_one_sided_at_the_ends() {
+    fn wilson_intervals_end_exactly_at_0_and_1() {
         let (low, high) = wilson_interval(1000, 1000).unwrap();
         assert!((low - 0.99617).abs() < 1e-5);
         assert_eq!(high, 1.0);

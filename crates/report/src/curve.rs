@@ -1,18 +1,19 @@
-//! Values by episode, as points and as the line through them.
+//! Values per episode, as points and as a line.
 
 use super::moving_average::{WINDOW, moving_average};
 use learning::record::EpisodeRecord;
 
-/// What a plot shows: (episode, value) for each point.
+/// The data of a plot, as (episode, value) pairs.
 pub(super) struct Curve {
-    /// Every episode by itself; none where the line says it all.
+    /// One point per episode; empty if the line alone shows all values.
     pub points: Vec<(f64, f64)>,
-    /// The mean of the latest [`WINDOW`] episodes, or the values themselves.
+    /// The moving average over [`WINDOW`] episodes, or the values themselves.
     pub line: Vec<(f64, f64)>,
 }
 
 impl Curve {
-    /// One value per episode that has one, and the mean of the latest.
+    /// Returns a curve with a point for each episode that has a value, and the moving average of
+    /// these values as the line.
     pub fn averaged(
         records: &[EpisodeRecord],
         value: impl Fn(&EpisodeRecord) -> Option<f64>,
@@ -25,14 +26,14 @@ impl Curve {
         Self { points: episodes.into_iter().zip(values).collect(), line }
     }
 
-    /// A quantity that needs no smoothing.
+    /// Returns a curve with only a line, for a value that does not need smoothing.
     pub fn exact(records: &[EpisodeRecord], mut value: impl FnMut(&EpisodeRecord) -> f64) -> Self {
         let line = records.iter().map(|record| (f64::from(record.episode), value(record)));
         Self { points: Vec::new(), line: line.collect() }
     }
 
-    /// Blocked moves per 100 steps. The mean is that of the steps, not of the episodes: a short
-    /// episode has fewer steps to be blocked in.
+    /// Returns the curve of blocked moves per 100 steps. The moving average is weighted by steps:
+    /// blocked moves divided by steps, both over the same window of episodes.
     pub fn blocked(records: &[EpisodeRecord]) -> Self {
         let blocked = Self::averaged(records, |record| Some(f64::from(record.blocked)));
         let steps = Self::averaged(records, |record| Some(f64::from(record.steps.max(1))));
@@ -46,7 +47,7 @@ impl Curve {
         }
     }
 
-    /// The least and the greatest value; `None` of nothing.
+    /// Returns the smallest and the largest value, or `None` if there are no values.
     pub fn extent(&self) -> Option<(f64, f64)> {
         let values = self.points.iter().chain(&self.line).map(|(_, value)| *value);
         values.fold(None, |extent, value| match extent {
@@ -55,15 +56,17 @@ impl Curve {
         })
     }
 
-    /// Below this lie only the worst 2 % of the points: a few endless early episodes would otherwise
-    /// press all that follows into the top of the plot. The line stays above it once it has a whole
-    /// window to look back on.
-    pub fn floor_of_the_bulk(&self) -> Option<f64> {
+    /// Returns the lower limit of the y axis: the 2 % quantile of the points, or the minimum of the
+    /// line from its first full window on if that is lower. Returns `None` if there are no points.
+    ///
+    /// Without this limit, a few very long early episodes would squeeze all others into the top of
+    /// the plot.
+    pub fn lower_limit(&self) -> Option<f64> {
         let mut values: Vec<f64> = self.points.iter().map(|(_, value)| *value).collect();
         values.sort_by(f64::total_cmp);
-        let floor = *values.get(values.len() / 50)?;
-        let settled = self.line.iter().skip(WINDOW - 1).map(|(_, mean)| *mean);
-        Some(settled.fold(floor, f64::min))
+        let quantile = *values.get(values.len() / 50)?;
+        let full_windows = self.line.iter().skip(WINDOW - 1).map(|(_, mean)| *mean);
+        Some(full_windows.fold(quantile, f64::min))
     }
 }
 
@@ -94,20 +97,20 @@ mod tests {
     }
 
     #[test]
-    fn the_mean_of_blocked_moves_is_that_of_the_steps() {
+    fn the_average_of_blocked_moves_is_weighted_by_steps() {
         let curve = Curve::blocked(&[record(0, 90, 0, None), record(1, 10, 5, None)]);
         assert_eq!(curve.points, [(0.0, 0.0), (1.0, 50.0)]);
         assert_eq!(curve.line, [(0.0, 0.0), (1.0, 5.0)]);
     }
 
     #[test]
-    fn a_few_endless_episodes_are_not_the_bulk() {
+    fn a_few_long_episodes_do_not_set_the_lower_limit() {
         let steps = |episode| if episode < 2 { 10_000 } else { 20 };
         let records: Vec<_> = (0..200).map(|e| record(e, steps(e), 0, None)).collect();
         let curve = Curve::averaged(&records, |record| Some(f64::from(record.episode_return)));
-        let floor = curve.floor_of_the_bulk().unwrap();
-        // The mean of the first whole window holds both endless episodes.
-        assert!((floor - (-2.0 * 1000.0 - 48.0 * 2.0) / 50.0).abs() < 1e-3, "{floor}");
-        assert_eq!(Curve::averaged(&[], |_| None).floor_of_the_bulk(), None);
+        let limit = curve.lower_limit().unwrap();
+        // The first full window contains both long episodes.
+        assert!((limit - (-2.0 * 1000.0 - 48.0 * 2.0) / 50.0).abs() < 1e-3, "{limit}");
+        assert_eq!(Curve::averaged(&[], |_| None).lower_limit(), None);
     }
 }

@@ -1,4 +1,4 @@
-//! The plots of a training: what is drawn, on which axes, and what is said about it.
+//! The plots of a training run, with their axes, captions and legends.
 
 use super::axis::Axis;
 use super::chart::{Chart, PlotError};
@@ -7,38 +7,39 @@ use super::moving_average::WINDOW;
 use super::numbers;
 use learning::record::EpisodeRecord;
 
-/// More points than this are a stain and a heavy page: then one episode in so many is drawn.
+/// Maximum number of points per plot. The curves of longer training runs are thinned out, because
+/// more points would overlap and make the page large.
 const MAX_POINTS: usize = 1000;
 
-/// A plot and the words around it.
+/// A plot with its title, caption and legend.
 pub(super) struct Figure {
     pub title: &'static str,
-    /// `None` where there is nothing to draw yet.
+    /// `None` if there is no data yet.
     pub svg: Option<String>,
     pub caption: String,
-    /// What the points and the line are, where there are both.
+    /// `None` if the plot has only a line or no data.
     pub legend: Option<Legend>,
 }
 
-/// The words beside a point and beside a piece of the line.
+/// The labels of the points and of the line.
 pub(super) struct Legend {
     pub points: String,
     pub line: String,
 }
 
-/// The return of the episodes, Figure 3 of the paper, and their steps.
+/// Returns the plots of return (Figure 3 of the paper) and steps per episode.
 pub(super) fn learning_curve(records: &[EpisodeRecord]) -> Result<[Figure; 2], PlotError> {
-    let returns = Sketch {
+    let returns = PlotSpec {
         title: "Return per episode",
-        y_label: "Return (sum of the rewards)",
-        caption: "The learning curve, Figure 3 of the paper. The closer to zero, the faster the \
-                  robot was out.",
+        y_label: "Return (sum of rewards)",
+        caption: "Compare with Figure 3 of the paper. A return closer to zero means that the robot \
+                  reached the exit in fewer steps.",
         size: (920, 330),
-        y: |curve| Some(Axis::linear(curve.floor_of_the_bulk()?, curve.extent()?.1)),
+        y: |curve| Some(Axis::linear(curve.lower_limit()?, curve.extent()?.1)),
     };
-    let steps = Sketch {
+    let steps = PlotSpec {
         title: "Steps per episode",
-        y_label: "Steps (logarithmic)",
+        y_label: "Steps (log scale)",
         caption: "",
         size: (920, 270),
         y: logarithmic,
@@ -49,45 +50,45 @@ pub(super) fn learning_curve(records: &[EpisodeRecord]) -> Result<[Figure; 2], P
     ])
 }
 
-/// Exploration, loss, blocked moves and the steps so far: what went on beneath the learning curve.
+/// Returns the plots of exploration, loss, blocked moves and total steps.
 pub(super) fn details(records: &[EpisodeRecord]) -> Result<[Figure; 4], PlotError> {
     let size = (470, 280);
-    let epsilon = Sketch {
+    let epsilon = PlotSpec {
         title: "Exploration",
         y_label: "Probability ε of a random action",
         caption: "",
         size,
         y: from_zero,
     };
-    let loss = Sketch {
+    let loss = PlotSpec {
         title: "Loss",
-        y_label: "Mean loss (logarithmic)",
+        y_label: "Mean loss (log scale)",
         caption: "",
         size,
         y: logarithmic,
     };
-    let blocked = Sketch {
+    let blocked = PlotSpec {
         title: "Blocked moves",
         y_label: "Blocked moves per 100 steps",
-        caption: "Random actions are blocked too: read this beside the exploration.",
+        caption: "Includes blocked random actions; compare with the Exploration plot.",
         size,
         y: from_zero,
     };
-    let total = Sketch {
-        title: "Experience",
-        y_label: "Steps so far",
-        caption: "The flatter the curve, the fewer steps an episode takes.",
+    let total = PlotSpec {
+        title: "Total steps",
+        y_label: "Steps since the start",
+        caption: "A flatter curve means fewer steps per episode.",
         size,
         y: from_zero,
     };
-    let mut so_far = 0.0;
+    let mut sum = 0.0;
     let running_total = |record: &EpisodeRecord| {
-        so_far += f64::from(record.steps);
-        so_far
+        sum += f64::from(record.steps);
+        sum
     };
     Ok([
         epsilon.figure(Curve::exact(records, |record| record.epsilon))?,
-        // A logarithmic axis has no zero.
+        // A logarithmic axis cannot show zero.
         loss.figure(Curve::averaged(records, |record| record.loss.filter(|loss| *loss > 0.0)))?,
         blocked.figure(Curve::blocked(records))?,
         total.figure(Curve::exact(records, running_total))?,
@@ -103,38 +104,40 @@ fn logarithmic(curve: &Curve) -> Option<Axis> {
     Some(Axis::logarithmic(low, high))
 }
 
-/// A plot before its data.
-struct Sketch {
+/// A plot without its data.
+struct PlotSpec {
     title: &'static str,
     y_label: &'static str,
     caption: &'static str,
+    /// Width and height in CSS pixels.
     size: (u32, u32),
+    /// Returns the y axis for the data, or `None` if there is no data.
     y: fn(&Curve) -> Option<Axis>,
 }
 
-impl Sketch {
+impl PlotSpec {
     fn figure(&self, mut curve: Curve) -> Result<Figure, PlotError> {
         let Some((y, (last, _))) = (self.y)(&curve).zip(curve.line.last().copied()) else {
-            let caption = "Nothing to draw yet.".into();
+            let caption = "No data yet.".into();
             return Ok(Figure { title: self.title, svg: None, caption, legend: None });
         };
-        let below = curve.points.iter().filter(|(_, value)| !y.holds(*value)).count();
+        let below = curve.points.iter().filter(|(_, value)| !y.contains(*value)).count();
         let stride = curve.line.len().div_ceil(MAX_POINTS);
         curve.points = curve.points.into_iter().step_by(stride).collect();
         curve.line = curve.line.into_iter().step_by(stride).collect();
 
         let legend = (!curve.points.is_empty()).then(|| Legend {
             points: match stride {
-                1 => "each episode".into(),
-                _ => format!("one episode in {stride}"),
+                1 => "episode".into(),
+                _ => format!("1 of every {stride} episodes"),
             },
-            line: format!("mean of the last {WINDOW}"),
+            line: format!("mean of the last {WINDOW} episodes"),
         });
         let caption = match below {
             0 => self.caption.to_owned(),
-            1 => format!("{} One episode lies below the plot.", self.caption),
+            1 => format!("{} One episode is below the plotted range.", self.caption),
             _ => format!(
-                "{} {} episodes lie below the plot.",
+                "{} {} episodes are below the plotted range.",
                 self.caption,
                 numbers::count(below as u64)
             ),

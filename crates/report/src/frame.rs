@@ -1,19 +1,19 @@
-//! What the robot saw, as a picture that a page can carry within itself.
+//! Camera images that are embedded in the page.
 
 use base64::{Engine, prelude::BASE64_STANDARD};
 use task::Image;
 
-/// One image of the robot's camera, and what to know about it.
+/// A camera image with its caption.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CaptionedFrame {
-    /// What the camera saw.
+    /// The camera image.
     pub image: Image,
-    /// A few words, such as "Test episode 7, step 3: turn by 45°".
+    /// Caption, e.g. "Evaluation episode 7: turn by +45°".
     pub caption: String,
 }
 
 impl CaptionedFrame {
-    /// The frame as a PNG in a `data:` URI.
+    /// Returns the image as a PNG file in a `data:` URI.
     pub(super) fn data_uri(&self) -> String {
         let mut file = Vec::new();
         let mut encoder = png::Encoder::new(&mut file, Image::WIDTH as u32, Image::HEIGHT as u32);
@@ -22,7 +22,7 @@ impl CaptionedFrame {
         encoder
             .write_header()
             .and_then(|mut writer| writer.write_image_data(self.image.bytes()))
-            .expect("an image of the announced size is written to memory");
+            .expect("the image has the declared size, and writing to memory cannot fail");
         format!("data:image/png;base64,{}", BASE64_STANDARD.encode(file))
     }
 }
@@ -32,7 +32,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_data_uri_decodes_to_the_frame() {
+    fn a_data_uri_decodes_to_the_image() {
         let bytes: Vec<u8> = (0..Image::BYTES).map(|index| (7 * index % 256) as u8).collect();
         let image = Image::try_from(&bytes[..]).unwrap();
         let caption = String::new();

@@ -1,7 +1,27 @@
-//! What a training leaves behind for people: a page to read, and scalars for TensorBoard.
+//! Reports on training runs: an HTML page, figures, and TensorBoard event files.
 //!
-//! [`Report`] is `report.html`, one file that holds everything it shows and needs no network and no
-//! script. [`TensorBoard`] writes the same curves while the training runs.
+//! [`Report`] generates `report.html`, a self-contained page without scripts. [`TensorBoard`]
+//! writes the same curves during training. [`escape`] draws a policy's escapes.
+//!
+//! # Examples
+//!
+//! ```
+//! use report::{Report, RunSummary};
+//!
+//! let run = RunSummary {
+//!     scenario: "empty",
+//!     preset: "robust",
+//!     seed: 0,
+//!     episodes: 3000,
+//!     steps: 41_000,
+//!     wall_s: 9.5,
+//!     steps_per_s: 4315.8,
+//!     update_us: Some(93.0),
+//! };
+//! let report = Report { run, records: &[], evaluation: None, frames: &[], escapes: None };
+//! assert!(report.to_html()?.contains("<h1>empty</h1>"));
+//! # Ok::<(), report::ReportError>(())
+//! ```
 
 mod axis;
 mod chart;
@@ -28,64 +48,68 @@ use self::table::Row;
 use learning::record::EpisodeRecord;
 use task::Evaluation;
 
-/// A training, ready to be told.
+/// The content of a training run's report.
 #[derive(Clone, Copy, Debug)]
 pub struct Report<'a> {
-    /// What was run, and how long it took.
-    pub run: RunFacts<'a>,
-    /// The episodes so far, in their order; there may be none.
+    /// Configuration and duration of the run.
+    pub run: RunSummary<'a>,
+    /// The completed training episodes, in the order in which they ended; may be empty.
     pub records: &'a [EpisodeRecord],
-    /// The greedy test of the policy, once there is one.
+    /// The evaluation of the policy; `None` if it has not been evaluated yet.
     pub evaluation: Option<&'a Evaluation>,
-    /// A handful of images from the robot's camera.
+    /// Camera images of the evaluation; may be empty.
     pub frames: &'a [CaptionedFrame],
-    /// Pictures of the policy on its way out, if there are any.
+    /// Figures of escapes; `None` if there are none.
     pub escapes: Option<&'a EscapeFigures>,
 }
 
-/// The facts of a run, as in `summary.json`.
+/// Configuration and duration of a run, as in `summary.json`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RunFacts<'a> {
-    /// The scenario trained in.
+pub struct RunSummary<'a> {
+    /// Training scenario.
     pub scenario: &'a str,
-    /// The preset that every parameter came from unless it was set.
+    /// Preset that provides the default values of the parameters.
     pub preset: &'a str,
-    /// The seed of the run.
+    /// Seed of the run.
     pub seed: u64,
-    /// How many episodes the training has in all; fewer records mean that it was interrupted.
+    /// Planned number of training episodes; if there are fewer records, training is incomplete.
     pub episodes: u32,
-    /// Steps of all episodes.
+    /// Total number of training steps.
     pub steps: u64,
-    /// From the first reset to the last update, in seconds.
+    /// Wall time in seconds, from the first reset to the last update.
     pub wall_s: f64,
     /// `steps / wall_s`.
     pub steps_per_s: f64,
-    /// Mean time of one update in microseconds; `None` if there was none.
+    /// Mean update time in microseconds; `None` if there was no update.
     pub update_us: Option<f64>,
 }
 
-/// The page could not be made.
+/// The error returned if a report cannot be generated.
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
-    /// A curve could not be drawn.
+    /// A plot cannot be drawn.
     #[error("cannot draw a plot of the report")]
     Plot(#[from] PlotError),
-    /// The page around the curves could not be written.
-    #[error("cannot fill in the report's page")]
+    /// The template of the page cannot be rendered.
+    #[error("cannot render the page of the report")]
     Page(#[from] askama::Error),
 }
 
 impl Report<'_> {
-    /// The page: HTML with its styles, plots and images inside.
+    /// Returns the page as HTML, with an embedded style sheet, plots and images.
+    ///
+    /// # Errors
+    ///
+    /// Returns [`ReportError`] if a plot cannot be drawn or the page cannot be rendered.
     pub fn to_html(&self) -> Result<String, ReportError> {
         let page = Page {
             scenario: self.run.scenario,
             lead: self.lead(),
-            facts: table::run(&self.run, self.records),
-            started: !self.records.is_empty(),
+            facts: table::run_rows(&self.run, self.records),
+            has_episodes: !self.records.is_empty(),
             learning_curve: figures::learning_curve(self.records)?,
             details: figures::details(self.records)?,
-            test: self.evaluation.map(table::test),
+            evaluation: self.evaluation.map(table::evaluation_rows),
             escapes: self.escapes.map_or(&[], EscapeFigures::figures),
             animation: self.escapes.and_then(EscapeFigures::animation_uri),
             frames: self.frames.iter().map(|frame| (frame.data_uri(), &*frame.caption)).collect(),
@@ -93,50 +117,55 @@ impl Report<'_> {
         Ok(page.render()?)
     }
 
-    /// The learning curve, Figure 3 of the paper, as an SVG file; `None` where there is none yet.
+    /// Returns the learning curve (Figure 3 of the paper) as an SVG file, or `None` if no episode
+    /// has ended yet.
+    ///
+    /// # Errors
+    ///
+    /// Returns [`ReportError::Plot`] if the curve cannot be drawn.
     pub fn learning_curve(&self) -> Result<Option<String>, ReportError> {
         let [returns, _] = figures::learning_curve(self.records)?;
         Ok(returns.svg.as_deref().map(chart::standalone))
     }
 
-    /// The result in one sentence.
+    /// Returns a short summary of the result.
     fn lead(&self) -> String {
         let episodes = numbers::count(self.records.len() as u64);
         let trained = format!(
-            "After {episodes} {} and {} steps of training",
+            "{episodes} {} ({} steps)",
             if self.records.len() == 1 { "episode" } else { "episodes" },
             numbers::count(self.run.steps)
         );
-        let Some(test) = self.evaluation.filter(|test| test.episodes > 0) else {
-            return format!("{trained}, the policy has not been evaluated yet.");
+        let Some(evaluation) = self.evaluation.filter(|evaluation| evaluation.episodes > 0) else {
+            return format!("Trained for {trained}. The policy has not been evaluated yet.");
         };
-        let steps = test.mean_steps.map_or_else(String::new, |steps| {
+        let steps = evaluation.mean_steps.map_or_else(String::new, |steps| {
             format!(", in {} steps on average", numbers::decimal(steps, 1))
         });
         format!(
-            "{trained}, the robot leaves the room in {} of {} test episodes{steps}.",
-            numbers::percent(test.success_rate),
-            numbers::count(test.episodes.into()),
+            "After {trained} of training, the robot reaches the exit in {} of {} evaluation \
+             episodes{steps}.",
+            numbers::percent(evaluation.success_rate),
+            numbers::count(evaluation.episodes.into()),
         )
     }
 }
 
-/// What `templates/report.html` fills in.
+/// The variables of `templates/report.html`.
 #[derive(Template)]
 #[template(path = "report.html")]
 struct Page<'a> {
     scenario: &'a str,
     lead: String,
     facts: Vec<Row>,
-    /// Whether there is a curve to show.
-    started: bool,
+    has_episodes: bool,
     learning_curve: [Figure; 2],
     details: [Figure; 4],
-    test: Option<Vec<Row>>,
+    evaluation: Option<Vec<Row>>,
     escapes: &'a [EscapeFigure],
-    /// A data URI.
+    /// `data:` URI of a GIF.
     animation: Option<String>,
-    /// (data URI, caption)
+    /// (`data:` URI, caption)
     frames: Vec<(String, &'a str)>,
 }
 

@@ -1,17 +1,18 @@
-//! The heavier line of a learning curve.
+//! The moving average of a learning curve.
 
-/// Episodes that one point of the average looks back on.
+/// Length of the averaging window, in episodes.
 pub(super) const WINDOW: usize = 50;
 
-/// The mean of each value and those before it, `window` of them at most.
+/// Returns, for each value, the mean of that value and the values before it, over at most `window`
+/// values.
 ///
-/// It looks back only, so a point never knows about episodes that came later; the first points are
-/// means of what there is.
+/// The average is trailing: later values do not affect a point. The first `window - 1` points
+/// average fewer values.
 pub(super) fn moving_average(values: &[f64], window: usize) -> Vec<f64> {
-    // Summed afresh at every point: a running sum would carry its rounding errors along.
+    // Each window is summed from scratch, because a running sum would accumulate rounding errors.
     (1..=values.len())
         .map(|end| &values[end.saturating_sub(window.max(1))..end])
-        .map(|latest| latest.iter().sum::<f64>() / latest.len() as f64)
+        .map(|values| values.iter().sum::<f64>() / values.len() as f64)
         .collect()
 }
 
@@ -20,17 +21,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_looks_back_over_the_window_and_no_further() {
+    fn averages_the_trailing_window() {
         assert_eq!(moving_average(&[1.0, 3.0, 5.0, 100.0], 2), [1.0, 2.0, 4.0, 52.5]);
     }
 
     #[test]
-    fn a_window_longer_than_the_run_takes_what_there_is() {
+    fn a_window_longer_than_the_data_averages_all_previous_values() {
         assert_eq!(moving_average(&[2.0, 4.0, 9.0], WINDOW), [2.0, 3.0, 5.0]);
     }
 
     #[test]
-    fn nothing_has_no_average() {
+    fn the_moving_average_of_no_values_is_empty() {
         assert!(moving_average(&[], WINDOW).is_empty());
     }
 }

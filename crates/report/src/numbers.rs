@@ -1,9 +1,20 @@
-//! Numbers as people read them.
+//! Number formats for the report.
+//!
+//! # Examples
+//!
+//! ```
+//! use report::numbers::{count, decimal, duration, percent};
+//!
+//! assert_eq!(count(51_316), "51,316");
+//! assert_eq!(decimal(-1234.56, 1), "−1,234.6");
+//! assert_eq!(percent(0.943), "94.3\u{a0}%");
+//! assert_eq!(duration(1142.0), "19:02");
+//! ```
 
-/// Stands where there is no number.
-const NOTHING: &str = "–";
+/// Placeholder for a number that is not finite.
+const MISSING: &str = "–";
 
-/// `51316` as "51,316".
+/// Formats a count with thousands separators: `51316` as "51,316".
 pub fn count(number: u64) -> String {
     let digits = number.to_string();
     let mut grouped = String::new();
@@ -16,15 +27,16 @@ pub fn count(number: u64) -> String {
     grouped
 }
 
-/// `-1234.56` with one decimal as "−1,234.6"; a dash for what is not a number.
+/// Formats a number with thousands separators and a fixed number of decimals: `-1234.56` with one
+/// decimal as "−1,234.6". Returns a dash if the number is not finite.
 pub fn decimal(number: f64, decimals: usize) -> String {
     if !number.is_finite() {
-        return NOTHING.into();
+        return MISSING.into();
     }
     let rounded = format!("{:.decimals$}", number.abs());
     let (whole, fraction) = rounded.split_at(rounded.find('.').unwrap_or(rounded.len()));
     let whole = whole.parse().map_or_else(|_| whole.to_owned(), count);
-    // What rounds to zero has no sign.
+    // A number that rounds to zero has no sign.
     let sign = if number < 0.0 && rounded.contains(|digit| matches!(digit, '1'..='9')) {
         "−"
     } else {
@@ -33,7 +45,9 @@ pub fn decimal(number: f64, decimals: usize) -> String {
     format!("{sign}{whole}{fraction}")
 }
 
-/// `0.943` as "94.3 %". Only all is "100 %" and only nothing is "0 %": one failure in a million shows.
+/// Formats a share as a percentage with a non-breaking space: `0.943` as "94.3 %". Only exactly 1
+/// is formatted as "100 %" and only exactly 0 as "0 %", so that one failure in a million is
+/// visible.
 pub fn percent(share: f64) -> String {
     if share == 0.0 || share == 1.0 {
         return format!("{}\u{a0}%", 100.0 * share);
@@ -42,10 +56,11 @@ pub fn percent(share: f64) -> String {
     format!("{}\u{a0}%", decimal(100.0 * shown, 1))
 }
 
-/// Seconds as "19:02" or "1:02:03".
+/// Formats a duration in seconds as "19:02" or "1:02:03". Returns a dash if the duration is
+/// negative or not finite.
 pub fn duration(seconds: f64) -> String {
     if !(seconds.is_finite() && seconds >= 0.0) {
-        return NOTHING.into();
+        return MISSING.into();
     }
     let seconds = seconds.round() as u64;
     let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
@@ -76,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn only_all_is_a_hundred_percent() {
+    fn only_exact_shares_are_0_or_100_percent() {
         assert_eq!(percent(0.943), "94.3\u{a0}%");
         assert_eq!(percent(1.0), "100\u{a0}%");
         assert_eq!(percent(0.9999), "99.9\u{a0}%");
@@ -86,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn durations_read_like_a_clock() {
+    fn durations_are_minutes_or_hours() {
         let shown = [0.0, 5.4, 1142.0, 3723.0, f64::NAN].map(duration);
         assert_eq!(shown, ["0:00", "0:05", "19:02", "1:02:03", "–"]);
     }

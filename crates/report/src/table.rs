@@ -1,17 +1,17 @@
-//! The facts of the run and the results of the test, in the order in which one asks for them.
+//! The tables on the page: the training run and its evaluation.
 
-use super::RunFacts;
+use super::RunSummary;
 use super::confidence::wilson_interval;
 use super::numbers::{count, decimal, duration, percent};
 use learning::record::EpisodeRecord;
 use task::Evaluation;
 
-/// A line of a table.
+/// A row of a table.
 #[derive(Debug, PartialEq)]
 pub(super) struct Row {
     pub name: &'static str,
     pub value: String,
-    /// What makes the value mean something; may be empty.
+    /// Explanation of the value; may be empty.
     pub note: String,
 }
 
@@ -21,11 +21,11 @@ impl Row {
     }
 }
 
-/// What was run, and how long it took.
-pub(super) fn run(run: &RunFacts, records: &[EpisodeRecord]) -> Vec<Row> {
-    let done = records.len() as u64;
-    let escapes = records.iter().filter(|record| record.terminated).count() as u64;
-    let planned = if done < run.episodes.into() {
+/// Returns the rows about the training run: configuration, progress and speed.
+pub(super) fn run_rows(run: &RunSummary, records: &[EpisodeRecord]) -> Vec<Row> {
+    let completed = records.len() as u64;
+    let successes = records.iter().filter(|record| record.terminated).count() as u64;
+    let planned = if completed < run.episodes.into() {
         format!("of {}", count(run.episodes.into()))
     } else {
         String::new()
@@ -35,70 +35,72 @@ pub(super) fn run(run: &RunFacts, records: &[EpisodeRecord]) -> Vec<Row> {
         Row::new("Scenario", run.scenario, ""),
         Row::new("Preset", run.preset, ""),
         Row::new("Seed", run.seed.to_string(), ""),
-        Row::new("Episodes", count(done), planned),
-        Row::new("Escapes in training", count(escapes), ""),
+        Row::new("Episodes", count(completed), planned),
+        Row::new("Successful episodes", count(successes), ""),
         Row::new("Steps", count(run.steps), ""),
         Row::new("Wall time", duration(run.wall_s), ""),
         Row::new("Steps per second", decimal(run.steps_per_s, 0), ""),
-        Row::new("One update", update, ""),
+        Row::new("Mean update time", update, ""),
     ]
 }
 
-/// What the trained policy can do.
-pub(super) fn test(test: &Evaluation) -> Vec<Row> {
+/// Returns the rows about the evaluation of the policy.
+pub(super) fn evaluation_rows(evaluation: &Evaluation) -> Vec<Row> {
     let mut rows = vec![
-        Row::new("Scenario", &*test.scenario, ""),
+        Row::new("Scenario", &*evaluation.scenario, ""),
         Row::new(
-            "Test episodes",
-            count(test.episodes.into()),
+            "Evaluation episodes",
+            count(evaluation.episodes.into()),
             format!(
-                "test seed {}, at most {} steps each, without exploration",
-                test.seed,
-                count(test.max_steps.into())
+                "seed {}, at most {} steps each, greedy policy (no exploration)",
+                evaluation.seed,
+                count(evaluation.max_steps.into())
             ),
         ),
     ];
-    if let Some((low, high)) = wilson_interval(test.successes, test.episodes) {
+    if let Some((low, high)) = wilson_interval(evaluation.successes, evaluation.episodes) {
         rows.push(Row::new(
-            "Escaped",
-            percent(test.success_rate),
+            "Success rate",
+            percent(evaluation.success_rate),
             format!(
-                "{} of {}; 95\u{a0}% confidence (Wilson): {} to {}",
-                count(test.successes.into()),
-                count(test.episodes.into()),
+                "{} of {} episodes; 95\u{a0}% confidence interval (Wilson): {} to {}",
+                count(evaluation.successes.into()),
+                count(evaluation.episodes.into()),
                 percent(low),
                 percent(high)
             ),
         ));
     }
-    rows.push(match test.mean_steps {
-        Some(steps) => Row::new("Steps to the exit", decimal(steps, 1), "mean of the escapes"),
-        None => Row::new("Steps to the exit", "–", "no episode ended at the exit"),
+    rows.push(match evaluation.mean_steps {
+        Some(steps) => {
+            Row::new("Steps to the exit", decimal(steps, 1), "mean over the successful episodes")
+        }
+        None => Row::new("Steps to the exit", "–", "no episode succeeded"),
     });
-    if let Some(steps) = test.oracle_mean_steps {
+    if let Some(steps) = evaluation.oracle_mean_steps {
         rows.push(Row::new(
-            "Fewest possible steps",
+            "Full-knowledge shortest path",
             decimal(steps, 1),
-            "mean of all test episodes, with full knowledge of the room",
+            "mean steps over all evaluation episodes, given full knowledge of the room",
         ));
     }
-    if let Some(ratio) = test.optimality_ratio {
+    if let Some(ratio) = evaluation.optimality_ratio {
         rows.push(Row::new(
-            "Optimality ratio",
+            "Steps / shortest path",
             decimal(ratio, 2),
-            "steps of the escapes over their fewest possible; 1 is perfect",
+            "over all successful episodes; 1 is optimal",
         ));
     }
     rows.extend([
         Row::new(
             "Blocked moves per 100 steps",
-            decimal(test.blocked_per_100_steps, 2),
-            "failures included",
+            decimal(evaluation.blocked_per_100_steps, 2),
+            "over all episodes, including failed ones",
         ),
         Row::new(
-            "Free of collisions",
-            percent(test.collision_free_rate),
-            "episodes without a single blocked move",
+            "Collision-free episodes",
+            percent(evaluation.collision_free_rate),
+            "share of episodes without a blocked move",
         ),
     ]);
     rows

@@ -1,8 +1,9 @@
-//! The scalars of a training as TensorBoard reads them.
+//! TensorBoard event files with the scalars of a training run.
 //!
-//! An event file is a sequence of TFRecords: the length of a message, a checksum of the length, the
-//! message, a checksum of the message. The messages are protobuf: `event.proto` and `summary.proto`
-//! of TensorFlow, of which scalars need so few fields that they stand at the end of this file.
+//! An event file is a sequence of TFRecords. Each consists of the length of the message, a checksum
+//! of the length, the message, and a checksum of the message. The messages are defined in
+//! TensorFlow's `event.proto` and `summary.proto` (protobuf); the types in this file have only
+//! the fields that this module writes.
 
 use std::fs::File;
 use std::io::{self, Write};
@@ -14,40 +15,67 @@ use prost::Message;
 
 use learning::record::EpisodeRecord;
 
-/// An open event file in a run's directory, one record per episode:
+/// An open event file. The record of each episode contains these scalars:
 ///
-/// | scalar | what |
+/// | scalar | meaning |
 /// |---|---|
-/// | `charts/episodic_return` | undiscounted sum of the rewards |
-/// | `charts/episodic_length` | steps of the episode |
+/// | `charts/episodic_return` | undiscounted sum of rewards |
+/// | `charts/episodic_length` | steps in the episode |
 /// | `charts/epsilon` | exploration probability |
-/// | `charts/blocked` | blocked moves of the episode |
-/// | `charts/total_steps` | steps of the training so far |
-/// | `losses/td_loss` | mean loss of the episode's updates; absent while there are none |
+/// | `charts/blocked` | blocked moves in the episode |
+/// | `charts/total_steps` | training steps so far |
+/// | `losses/td_loss` | mean loss of the episode's updates; absent if there were none |
 ///
-/// The step axis of all of them is the episode, as in `episodes.csv` and in the paper's figures.
-/// Every record goes to the file at once, so TensorBoard can follow the training.
+/// TensorBoard's step axis shows the episode, as in `episodes.csv` and in the figures of the paper.
+/// Records are not buffered, so that TensorBoard can follow a training run live.
+///
+/// # Examples
+///
+/// ```no_run
+/// use std::path::Path;
+///
+/// use learning::record::EpisodeRecord;
+/// use report::TensorBoard;
+///
+/// let mut board = TensorBoard::create(Path::new("runs/empty/tensorboard"), 0)?;
+/// let record = EpisodeRecord {
+///     episode: 0,
+///     steps: 40,
+///     episode_return: -3.9,
+///     epsilon: 1.0,
+///     loss: None,
+///     blocked: 2,
+///     terminated: true,
+/// };
+/// board.record(&record, 40)?;
+/// # Ok::<(), report::TensorBoardError>(())
+/// ```
 #[derive(Debug)]
 pub struct TensorBoard {
     path: PathBuf,
     file: File,
 }
 
-/// The event file cannot be written.
+/// The error returned if an event file cannot be created or written.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot write TensorBoard's event file {}", path.display())]
+#[error("cannot write the TensorBoard event file {}", path.display())]
 pub struct TensorBoardError {
     path: PathBuf,
     source: io::Error,
 }
 
 impl TensorBoard {
-    /// Starts a new event file in `directory`, which is created if need be.
+    /// Creates a new event file in `directory`, and the directory if it does not exist.
     ///
-    /// `first_episode` is where the training starts or goes on: what an earlier, interrupted
-    /// training recorded from there on is dropped by TensorBoard when it reads the directory.
+    /// `first_episode` is the episode at which the training run starts or resumes. In older
+    /// event files in the same directory, TensorBoard then ignores the records of this episode and
+    /// all later ones.
+    ///
+    /// # Errors
+    ///
+    /// Returns [`TensorBoardError`] if the directory or the file cannot be created or written.
     pub fn create(directory: &Path, first_episode: u32) -> Result<Self, TensorBoardError> {
-        // TensorBoard looks for "tfevents" in the name, and reads the files in the order of names.
+        // TensorBoard requires "tfevents" in the name and reads the files in alphabetical order.
         let now = since_1970();
         let (seconds, nanoseconds) = (now.as_secs(), now.subsec_nanos());
         let name = format!("events.out.tfevents.{seconds:010}.{nanoseconds:09}.agent_node");
@@ -62,7 +90,12 @@ impl TensorBoard {
         Ok(board)
     }
 
-    /// Adds an episode. `total_steps` counts from the start of the training, this episode included.
+    /// Writes the scalars of an episode. `total_steps` counts all steps since the start of the
+    /// training run, including those of this episode.
+    ///
+    /// # Errors
+    ///
+    /// Returns [`TensorBoardError`] if the file cannot be written.
     pub fn record(
         &mut self,
         record: &EpisodeRecord,
@@ -86,7 +119,7 @@ impl TensorBoard {
     fn write(&mut self, event: &Event) -> Result<(), TensorBoardError> {
         let message = event.encode_to_vec();
         let length = (message.len() as u64).to_le_bytes();
-        // In one piece: whoever reads along sees a whole record or none.
+        // One write per record, so that a concurrent reader does not see an incomplete record.
         let record = [
             &length[..],
             &masked_checksum(&length).to_le_bytes(),
@@ -99,13 +132,14 @@ impl TensorBoard {
     }
 }
 
-/// CRC-32C, rotated and shifted so that the checksum of data that holds checksums is a good one.
+/// Returns the masked CRC-32C that TFRecords use. The mask keeps the checksum useful for data that
+/// itself contains checksums.
 fn masked_checksum(bytes: &[u8]) -> u32 {
     const CRC_32C: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
     CRC_32C.checksum(bytes).rotate_right(15).wrapping_add(0xa282_ead8)
 }
 
-/// Zero where the clock stands before 1970: a wrong wall time is no reason not to train.
+/// Returns the time since 1970-01-01 00:00 UTC, or zero if the clock is set to an earlier time.
 fn since_1970() -> Duration {
     SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default()
 }
@@ -113,7 +147,7 @@ fn since_1970() -> Duration {
 /// `SessionLog.SessionStatus.START`.
 const SESSION_START: i32 = 1;
 
-/// `tensorflow.Event`; of the three optional fields, a oneof there, exactly one is set.
+/// `tensorflow.Event`. In TensorFlow, the optional fields are a `oneof`: exactly one is set.
 #[derive(Clone, PartialEq, Message)]
 struct Event {
     #[prost(double, tag = "1")]
@@ -129,7 +163,7 @@ struct Event {
 }
 
 impl Event {
-    /// An event of this moment that says nothing yet.
+    /// Returns an event with the current time and without content.
     fn at(episode: u32) -> Self {
         let (wall_time, step) = (since_1970().as_secs_f64(), episode.into());
         Self { wall_time, step, ..Self::default() }
@@ -143,12 +177,13 @@ struct Summary {
     values: Vec<Scalar>,
 }
 
-/// `tensorflow.Summary.Value` of a scalar.
+/// `tensorflow.Summary.Value` with a scalar.
 #[derive(Clone, PartialEq, Message)]
 struct Scalar {
     #[prost(string, tag = "1")]
     tag: String,
-    /// Optional, because an absent zero would not be a scalar at all.
+    /// Optional, because protobuf omits a plain field that is zero, and a value without this field
+    /// is not a scalar.
     #[prost(float, optional, tag = "2")]
     simple_value: Option<f32>,
 }
@@ -164,7 +199,7 @@ struct SessionLog {
 mod tests {
     use super::*;
 
-    /// The messages of an event file, whose framing is checked.
+    /// Returns the messages of an event file, after checking lengths and checksums.
     fn read(path: &Path) -> Vec<Event> {
         let bytes = std::fs::read(path).unwrap();
         let mut rest = &bytes[..];
@@ -180,14 +215,14 @@ mod tests {
     }
 
     #[test]
-    fn the_checksum_is_that_of_tfrecord() {
+    fn the_checksum_is_a_masked_crc_32c() {
         // CRC-32C of 32 zero bytes is 0x8a9136aa (RFC 3720, B.4).
         let masked = 0x8a91_36aa_u32.rotate_right(15).wrapping_add(0xa282_ead8);
         assert_eq!(masked_checksum(&[0; 32]), masked);
     }
 
     #[test]
-    fn an_episode_is_one_record_of_scalars() {
+    fn an_episode_is_one_record_with_all_scalars() {
         let directory = tempfile::tempdir().unwrap();
         let mut board = TensorBoard::create(&directory.path().join("run"), 5).unwrap();
         let mut record = EpisodeRecord {

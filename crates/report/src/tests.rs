@@ -2,7 +2,7 @@ use task::Image;
 
 use super::*;
 
-/// A training of so many episodes that learns as real ones do, without any randomness.
+/// Returns the records of a plausible training run, without randomness.
 fn records(episodes: u32) -> Vec<EpisodeRecord> {
     (0..episodes)
         .map(|episode| {
@@ -48,7 +48,7 @@ fn page(
     evaluation: Option<&Evaluation>,
     frames: &[CaptionedFrame],
 ) -> String {
-    let run = RunFacts {
+    let run = RunSummary {
         scenario: "empty",
         preset: "paper",
         seed: 0,
@@ -62,7 +62,7 @@ fn page(
 }
 
 #[test]
-fn the_page_holds_everything_it_shows() {
+fn the_page_is_self_contained() {
     let html = page(&records(1000), Some(&evaluation()), &[frame("Step 3")]);
     for reference in ["http://", "https://", "<script", "<link", "@import", "url(", "src=\"/"] {
         assert!(!html.contains(reference), "{reference}");
@@ -73,14 +73,14 @@ fn the_page_holds_everything_it_shows() {
 }
 
 #[test]
-fn plots_take_their_colours_from_the_page() {
+fn plots_use_the_colours_of_the_page() {
     let html = page(&records(10), None, &[]);
     let (_, body) = html.split_once("</style>").unwrap();
     assert!(!body.contains("fill=\"#") && !body.contains("stroke=\"#"));
 }
 
 #[test]
-fn it_tells_the_result_in_numbers_for_people() {
+fn the_page_shows_formatted_results() {
     let html = page(&records(1000), Some(&evaluation()), &[]);
     for text in ["51,316", "19:02", "94.3\u{a0}%", "92.7\u{a0}% to 95.6\u{a0}%", "1.23", "Step"] {
         assert!(html.contains(text), "{text}");
@@ -89,12 +89,12 @@ fn it_tells_the_result_in_numbers_for_people() {
 }
 
 #[test]
-fn it_says_that_there_is_no_evaluation_yet() {
+fn the_page_says_that_there_is_no_evaluation_yet() {
     assert!(page(&records(3), None, &[]).contains("not been evaluated yet"));
 }
 
 #[test]
-fn what_is_unknown_in_a_test_is_left_out() {
+fn unavailable_metrics_of_an_evaluation_are_omitted() {
     let unknown = Evaluation {
         successes: 0,
         success_rate: 0.0,
@@ -104,23 +104,23 @@ fn what_is_unknown_in_a_test_is_left_out() {
         ..evaluation()
     };
     let html = page(&records(3), Some(&unknown), &[]);
-    assert!(html.contains("no episode ended at the exit"));
-    assert!(!html.contains("Fewest possible") && !html.contains("Optimality"));
+    assert!(html.contains("no episode succeeded"));
+    assert!(!html.contains("shortest path"));
 }
 
 #[test]
-fn hardly_any_training_has_a_page_too() {
+fn a_training_run_with_few_or_no_episodes_has_a_page() {
     for (episodes, plots, missing) in [(0, 0, 0), (1, 5, 1), (2, 6, 0)] {
         let html = page(&records(episodes), None, &[]);
         assert_eq!(html.matches("<svg").count(), plots, "{episodes} episodes");
-        assert_eq!(html.matches("Nothing to draw yet").count(), missing);
+        assert_eq!(html.matches("No data yet").count(), missing);
         assert_eq!(html.contains("No episode has ended yet"), episodes == 0);
         assert!(!html.contains("NaN") && !html.contains("inf\""));
     }
 }
 
 #[test]
-fn a_training_in_which_nothing_changes_has_a_page_too() {
+fn a_training_run_with_constant_values_has_a_page() {
     for (steps, loss) in [(1, None), (10_000, Some(0.0)), (7, Some(1e-12))] {
         let mut records = records(100);
         for record in &mut records {
@@ -136,14 +136,14 @@ fn a_training_in_which_nothing_changes_has_a_page_too() {
 }
 
 #[test]
-fn a_long_training_does_not_make_a_heavy_page() {
+fn the_page_of_a_long_training_run_stays_below_1_mb() {
     let html = page(&records(1_000_000), None, &[]);
     assert!(html.len() < 1_000_000, "{} bytes", html.len());
-    assert!(html.contains("one episode in 1000"));
+    assert!(html.contains("1 of every 1000 episodes"));
 }
 
 #[test]
-fn words_from_outside_are_escaped() {
+fn captions_are_escaped() {
     let frame = frame("<script>alert(1)</script>");
     assert!(!page(&[], None, &[frame]).contains("<script>"));
 }

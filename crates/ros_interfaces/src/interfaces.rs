@@ -1,4 +1,4 @@
-//! What the types of some packages look like, as messages.
+//! Type descriptions as ROS messages.
 
 use rosidl::{Definitions, Described, IndividualDescription};
 
@@ -9,24 +9,43 @@ use crate::{
     },
 };
 
-/// The types of the standard packages, and of others; the default knows none.
+/// The type descriptions of the standard packages and of additional definitions.
+///
+/// The default value contains no types.
+///
+/// # Examples
+///
+/// ```
+/// use ros_interfaces::Interfaces;
+///
+/// let interfaces = Interfaces::with(&[("my_msgs/msg/Blob", "std_msgs/Header header")])?;
+/// let blob = interfaces.describe("my_msgs/msg/Blob").expect("the type is defined");
+/// assert_eq!(blob.referenced_type_descriptions.len(), 2); // Header, and Time in Header
+/// let hash = interfaces.hash("my_msgs/msg/Blob").expect("the type is defined");
+/// assert!(hash.starts_with("RIHS01_"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Interfaces(Definitions);
 
 impl Interfaces {
-    /// The standard packages, and these definitions: full names, such as `my_msgs/msg/Blob`, and
-    /// texts, as `DEFINITIONS` of a generated package has them.
+    /// Returns the type descriptions of the standard packages and of the given definitions.
+    ///
+    /// Each definition is a pair of a full name, e.g. `my_msgs/msg/Blob`, and the text of the
+    /// definition, as in the constant `DEFINITIONS` of a generated package.
     ///
     /// # Errors
     ///
-    /// A text is no definition.
+    /// Returns an error if a name or a definition is invalid.
     pub fn with(definitions: &[(&str, &str)]) -> Result<Interfaces, rosidl::DefinitionError> {
         let all = DEFINITIONS.iter().chain(definitions);
         Ok(Interfaces(Definitions::new(all.copied())?))
     }
 
-    /// The description of a type by its full name, such as `std_msgs/msg/Header` or
-    /// `my_msgs/srv/Move_Request`; none for one that is not known.
+    /// Returns the description of a type by its full name, e.g. `std_msgs/msg/Header` or
+    /// `my_msgs/srv/Move_Request`.
+    ///
+    /// Returns `None` if the type, or a type that it references, is unknown.
     pub fn describe(&self, full_name: &str) -> Option<TypeDescription> {
         let Described { main, referenced, .. } = self.0.describe(full_name)?;
         Some(TypeDescription {
@@ -35,13 +54,15 @@ impl Interfaces {
         })
     }
 
-    /// The hash of a type's description (REP-2011).
+    /// Returns the type hash (REP-2011), or `None` if the type is unknown.
     pub fn hash(&self, full_name: &str) -> Option<String> {
         Some(self.0.describe(full_name)?.hash())
     }
 
-    /// The definitions of a type and of those that it stands on, in the order of its description.
-    /// Those of the standard packages have no comments.
+    /// Returns the definitions of a type and of all types that it references, in the same order as
+    /// in its description, or an empty vector if the type is unknown.
+    ///
+    /// The definitions of the standard packages contain no comments.
     pub fn sources(&self, full_name: &str) -> Vec<TypeSource> {
         let sources = self.0.describe(full_name).map(|described| described.sources);
         let source = |source: rosidl::Source| TypeSource {
@@ -53,7 +74,7 @@ impl Interfaces {
     }
 }
 
-fn individual(described: IndividualDescription) -> IndividualTypeDescription {
+fn individual(description: IndividualDescription) -> IndividualTypeDescription {
     let field = |field: rosidl::Field| Field {
         default_value: field.described_default(),
         r#type: FieldType {
@@ -65,7 +86,7 @@ fn individual(described: IndividualDescription) -> IndividualTypeDescription {
         name: field.name,
     };
     IndividualTypeDescription {
-        type_name: described.type_name,
-        fields: described.fields.into_iter().map(field).collect(),
+        type_name: description.type_name,
+        fields: description.fields.into_iter().map(field).collect(),
     }
 }

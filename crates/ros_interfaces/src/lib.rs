@@ -1,22 +1,28 @@
-//! The standard ROS messages and services that a node needs, as Rust types.
+//! Standard ROS messages and services as Rust types.
 //!
-//! They are written at build time, by the crate [`rosidl`], from the definitions in `interfaces`: a
-//! message `sensor_msgs/msg/Image` is [`sensor_msgs::Image`], a service
-//! `rcl_interfaces/srv/GetParameters` the marker [`rcl_interfaces::GetParameters`] with
-//! [`rcl_interfaces::get_parameters::Request`] and `Response`. What fields mean is documented at
-//! <https://docs.ros.org/en/jazzy/p/>, by package.
+//! The build script generates these types with [`rosidl`] from the definitions in `interfaces`:
 //!
-//! Other packages are written in the same way: [`RosMessage`] and [`RosService`] are what a generated
-//! type implements.
+//! - The message `sensor_msgs/msg/Image` becomes [`sensor_msgs::Image`].
+//! - The service `rcl_interfaces/srv/GetParameters` becomes the marker type
+//!   [`rcl_interfaces::GetParameters`] with [`rcl_interfaces::get_parameters::Request`] and
+//!   `Response`.
+//!
+//! The fields are described in the ROS documentation of each package:
+//! <https://docs.ros.org/en/jazzy/p/>.
+//!
+//! Generated messages implement [`RosMessage`], and generated services implement [`RosService`].
+//! The types of other packages can be generated in the same way; see [`rosidl::generate`].
+//!
+//! # Examples
 //!
 //! ```
 //! use ros_interfaces::{RosMessage, geometry_msgs::Quaternion, sensor_msgs::Image};
 //!
 //! assert_eq!(Image::full_name(), "sensor_msgs/msg/Image");
-//! assert_eq!(Quaternion::default().w, 1.0); // as its definition says
+//! assert_eq!(Quaternion::default().w, 1.0); // the default in Quaternion.msg
 //! ```
 
-#![allow(missing_docs, reason = "ROS documents the fields; the definitions here have no comments")]
+#![allow(missing_docs, reason = "the definitions have no comments; ROS documents the fields")]
 
 mod interface;
 mod interfaces;

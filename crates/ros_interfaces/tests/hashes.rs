@@ -1,4 +1,4 @@
-//! The hashes of all types are those of ROS 2 Jazzy.
+//! Compares type hashes, sources and default values with those of ROS 2 Jazzy.
 
 use ros_interfaces::{
     DEFINITIONS, Interfaces, RosMessage, RosService,
@@ -9,23 +9,23 @@ use ros_interfaces::{
     },
 };
 
-/// The full name and the hash of every type that is defined here, as rosidl 4.6 of ROS 2 Jazzy computes
-/// it for the package: rosidl_generator_type_description writes it to `PACKAGE/msg/TYPE.json`.
-const HASHES_OF_ROS: &str = include_str!("type_hashes.txt");
+/// The full name and type hash of every type in this crate, as computed by rosidl 4.6 (ROS 2
+/// Jazzy): rosidl_generator_type_description writes the hash to `PACKAGE/msg/TYPE.json`.
+const ROS_HASHES: &str = include_str!("type_hashes.txt");
 
 fn interfaces() -> Interfaces {
-    Interfaces::with(&[]).expect("the definitions are well-formed")
+    Interfaces::with(&[]).expect("the definitions are valid")
 }
 
 #[test]
-fn every_hash_is_that_of_ros() {
+fn type_hashes_match_ros() {
     let interfaces = interfaces();
     let mut hashes: Vec<String> = DEFINITIONS
         .iter()
-        .map(|(name, _)| format!("{name} {}", interfaces.hash(name).expect("it is defined")))
+        .map(|(name, _)| format!("{name} {}", interfaces.hash(name).expect("the type is defined")))
         .collect();
     hashes.sort();
-    let mut expected: Vec<&str> = HASHES_OF_ROS.lines().collect();
+    let mut expected: Vec<&str> = ROS_HASHES.lines().collect();
     expected.sort();
     assert_eq!(hashes, expected);
 }
@@ -42,7 +42,7 @@ fn sources_are_the_definitions_without_comments() {
 }
 
 #[test]
-fn defaults_are_those_of_the_definitions_and_described_as_python_writes_them() {
+fn default_values_match_the_definitions() {
     let defaults = |full_name: &str| -> Vec<String> {
         let IndividualTypeDescription { fields, .. } =
             interfaces().describe(full_name).expect(full_name).type_description;
@@ -56,7 +56,7 @@ fn defaults_are_those_of_the_definitions_and_described_as_python_writes_them() {
 }
 
 #[test]
-fn what_is_not_defined_here_is_not_described() {
+fn an_undefined_type_has_no_description() {
     assert_eq!(interfaces().describe("std_msgs/msg/String"), None);
     assert_eq!(interfaces().describe("std_msgs/Header"), None);
 }

@@ -1,8 +1,8 @@
-//! The ROS part of a command line.
+//! ROS arguments on the command line.
 //!
-//! `node own arguments --ros-args -r from:=to -p name:=value -- more own arguments`: what stands
-//! between `--ros-args` and `--` (or the end) is ROS's, everything else the program's. There may be
-//! several such blocks. The grammar is rcl's (`rcl/arguments.h`).
+//! In `node own arguments --ros-args -r from:=to -p name:=value -- more own arguments`, everything
+//! between `--ros-args` and `--` (or the end) belongs to ROS, and the rest belongs to the program.
+//! A command line can have several such blocks. The syntax is that of rcl (`rcl/arguments.h`).
 
 use std::path::PathBuf;
 
@@ -10,32 +10,46 @@ use log::LevelFilter;
 use thiserror::Error;
 
 use crate::{
+    escape::escaped,
     logging::level::parse_level,
     names::{Remap, RemapError},
     parameters::value::{Override, OverrideError},
     security::{EnclaveName, InvalidEnclaveName},
 };
 
-/// A command line, taken apart.
+/// A command line, split into the program's arguments and the ROS arguments.
+///
+/// # Examples
+///
+/// ```
+/// use ros_runtime::Arguments;
+///
+/// let line = ["node", "--verbose", "--ros-args", "-r", "image:=/front", "-p", "rate:=20.0"];
+/// let arguments = Arguments::parse(line.map(str::to_owned))?;
+/// assert_eq!(arguments.program, ["node", "--verbose"]);
+/// assert_eq!(arguments.remaps[0].to, "/front");
+/// assert_eq!(arguments.overrides[0].name, "rate");
+/// # Ok::<(), ros_runtime::arguments::ArgumentsError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Arguments {
-    /// The program's own arguments, its name first.
+    /// The program's own arguments; the first one is the program's name.
     pub program: Vec<String>,
-    /// `-r`, in the order given: the first that matches wins.
+    /// The rules given with `-r`, in order: the first match wins.
     pub remaps: Vec<Remap>,
-    /// `-p`, in the order given: the last one wins.
+    /// The rules given with `-p`, in order: the last match wins.
     pub overrides: Vec<Override>,
-    /// `--params-file`, in the order given: the last one wins, and `-p` wins over all files.
+    /// The files given with `--params-file`, in order: the last one wins. `-p` overrides the files.
     pub parameter_files: Vec<PathBuf>,
-    /// `--log-level LEVEL`, for every logger without one of its own.
+    /// `--log-level LEVEL`: the level of every logger without an individual level.
     pub log_level: Option<LevelFilter>,
-    /// `--log-level LOGGER:=LEVEL`.
+    /// `--log-level LOGGER:=LEVEL`: the levels of individual loggers, in order.
     pub logger_levels: Vec<(String, LevelFilter)>,
-    /// Whether records go to the console, which rcl calls stdout although it is standard error.
+    /// Whether to log to the console (`--enable-stdout-logs`), which is standard error, as in rcl.
     pub logs_to_console: bool,
-    /// Whether records go to `/rosout`.
+    /// Whether to log to `/rosout` (`--enable-rosout-logs`).
     pub logs_to_rosout: bool,
-    /// `--enclave`: whose keys the node has, where there is security.
+    /// `--enclave`: the SROS2 enclave that contains the node's keys.
     pub enclave: EnclaveName,
 }
 
@@ -55,45 +69,50 @@ impl Default for Arguments {
     }
 }
 
-/// Why a command line is not one of ROS's.
+/// The error returned for an invalid command line.
 #[derive(Debug, Error, PartialEq)]
 pub enum ArgumentsError {
-    /// A flag at the end of its block.
+    /// A flag at the end of its block lacks its value.
     #[error("'{flag}' needs a value: {flag} {example}")]
     MissingValue {
         /// The flag.
         flag: String,
-        /// What would be right.
+        /// An example of a valid value.
         example: &'static str,
     },
-    /// A flag that ROS does not have.
+    /// A flag is not a ROS argument.
     #[error(
-        "unknown ROS argument '{0}': between --ros-args and -- there may be -r, -p, --params-file, \
-         --log-level, --enclave, --enable- and --disable- with rosout-logs, stdout-logs and external-lib-logs"
+        "unknown ROS argument '{}': expected -r, -p, --params-file, --log-level, --enclave, or \
+         --enable- or --disable- followed by rosout-logs, stdout-logs or external-lib-logs",
+        escaped(.0)
     )]
     Unknown(String),
-    /// A remapping that is none.
+    /// A remapping is invalid.
     #[error(transparent)]
     Remap(#[from] RemapError),
-    /// A parameter override that is none.
+    /// A parameter override is invalid.
     #[error(transparent)]
     Override(#[from] OverrideError),
-    /// A level that ROS does not have.
-    #[error("unknown log level '{0}': expected debug, info, warn, error or fatal")]
+    /// A log level is unknown.
+    #[error("unknown log level '{}': expected debug, info, warn, error or fatal", escaped(.0))]
     LogLevel(String),
-    /// An argument in another encoding.
-    #[error("the argument '{0}' is not in Unicode (UTF-8)")]
+    /// An argument is not valid UTF-8.
+    #[error("argument '{}' is not valid UTF-8", escaped(.0))]
     NotUnicode(String),
-    /// rcl's default logging has no such files, either.
-    #[error("--log-config-file '{0}': these nodes write no log files that could be configured")]
+    /// A log configuration file was given, but this crate writes no log files.
+    #[error("--log-config-file '{}' is not supported: the node writes no log files", escaped(.0))]
     LogConfigFile(String),
-    /// An enclave that cannot be.
+    /// An enclave name is invalid.
     #[error("--enclave: {0}")]
     Enclave(#[from] InvalidEnclaveName),
 }
 
 impl Arguments {
-    /// Takes the ROS arguments off this process's command line.
+    /// Parses the command line of this process.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if an argument is not valid UTF-8 or if [`Arguments::parse`] fails.
     pub fn from_environment() -> Result<Arguments, ArgumentsError> {
         let items: Result<Vec<String>, _> =
             std::env::args_os().map(|item| item.into_string()).collect();
@@ -102,7 +121,11 @@ impl Arguments {
         )
     }
 
-    /// Takes the ROS arguments off a command line; the first item is the program's name.
+    /// Parses a command line; its first item is the program's name.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if a ROS argument is unknown or if its value is missing or invalid.
     pub fn parse(
         command_line: impl IntoIterator<Item = String>,
     ) -> Result<Arguments, ArgumentsError> {
@@ -141,7 +164,7 @@ impl Arguments {
             "--disable-stdout-logs" => self.logs_to_console = false,
             "--enable-rosout-logs" => self.logs_to_rosout = true,
             "--disable-rosout-logs" => self.logs_to_rosout = false,
-            // Log files, of which there are none.
+            // These flags control log files, which this crate does not write.
             "--enable-external-lib-logs" | "--disable-external-lib-logs" => {}
             _ => return Err(ArgumentsError::Unknown(flag)),
         }
@@ -171,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn ros_arguments_are_taken_off_wherever_they_stand() {
+    fn separates_ros_arguments_from_the_programs_own() {
         let arguments = parse(
             "node train --ros-args -p episodes:=5 -r __ns:=/one -- --verbose --ros-args -p x:=1.5",
         )
@@ -184,21 +207,26 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever is typed, there is an answer; and without ROS's marker nothing is taken.
+        /// Without `--ros-args`, every argument belongs to the program.
         #[test]
-        fn any_command_line_has_an_answer(
+        fn rejects_any_invalid_command_line_with_a_one_line_error(
             items in prop::collection::vec(
                 prop_oneof![
                     Just("--ros-args".to_owned()),
-                    prop::sample::select(vec!["-r", "-p", "--", "--log-level", "--params-file", "-e"])
-                        .prop_map(str::to_owned),
+                    prop::sample::select(vec![
+                        "-r", "-p", "--", "--log-level", "--params-file", "-e",
+                    ])
+                    .prop_map(str::to_owned),
                     "[a-z_~/]{0,6}(:=)?[-a-z0-9./:\\[\\]{},' ]{0,8}",
-                    ".{0,12}",
+                    "(?s).{0,12}",
                 ],
                 0..8,
             ),
         ) {
             let parsed = Arguments::parse(items.clone());
+            if let Err(error) = &parsed {
+                prop_assert_eq!(error.to_string().lines().count(), 1, "{}", error);
+            }
             if !items.iter().any(|item| item == "--ros-args") {
                 prop_assert_eq!(parsed.map(|arguments| arguments.program), Ok(items));
             }
@@ -206,14 +234,14 @@ mod tests {
     }
 
     #[test]
-    fn levels_are_global_or_of_one_logger() {
+    fn log_levels_are_global_or_per_logger() {
         let arguments = parse("n --ros-args --log-level warn --log-level rustdds:=DEBUG").unwrap();
         assert_eq!(arguments.log_level, Some(LevelFilter::Warn));
         assert_eq!(arguments.logger_levels, [("rustdds".to_owned(), LevelFilter::Debug)]);
     }
 
     #[test]
-    fn logs_go_where_they_are_sent() {
+    fn enables_and_disables_log_outputs() {
         let arguments = parse("n").unwrap();
         assert!(arguments.logs_to_console && arguments.logs_to_rosout);
         let line = "n --ros-args --disable-rosout-logs --disable-stdout-logs --enable-stdout-logs";
@@ -221,15 +249,15 @@ mod tests {
         assert!(arguments.logs_to_console && !arguments.logs_to_rosout);
     }
 
-    /// As in rcl, which keeps it even if there is no security.
+    /// As in rcl, the enclave is stored even without security.
     #[test]
-    fn the_last_enclave_counts() {
+    fn the_last_enclave_wins() {
         let arguments = parse("n --ros-args -e /one --enclave /robot/two").unwrap();
         assert_eq!(arguments.enclave, "/robot/two".parse().unwrap());
     }
 
     #[test]
-    fn what_is_wrong_is_named() {
+    fn errors_name_the_invalid_argument() {
         for (line, expected) in [
             ("n --ros-args -r", "'-r' needs a value: -r from:=to"),
             ("n --ros-args -p --", "'-p' needs a value: -p name:=value"),
@@ -237,11 +265,51 @@ mod tests {
             ("n --ros-args --log-level loud", "unknown log level 'loud'"),
             ("n --ros-args -r abc", "couldn't parse the remapping 'abc'"),
             ("n --ros-args -p abc", "couldn't parse the parameter override 'abc'"),
-            ("n --ros-args -e x", "'x' is no enclave: expected"),
-            ("n --ros-args --log-config-file x", "write no log files"),
+            ("n --ros-args -e x", "'x' is not an enclave name: expected"),
+            ("n --ros-args --log-config-file x", "writes no log files"),
         ] {
             let message = parse(line).unwrap_err().to_string();
             assert!(message.contains(expected), "{line}: {message}");
         }
+    }
+
+    #[test]
+    fn errors_escape_the_arguments_that_they_quote() {
+        for (arguments, expected) in [
+            (
+                ["--a\r\nb", ""],
+                "unknown ROS argument '--a\\r\\nb': expected -r, -p, --params-file, --log-level, \
+                 --enclave, or --enable- or --disable- followed by rosout-logs, stdout-logs or \
+                 external-lib-logs",
+            ),
+            (
+                ["--log-level", "loud\n"],
+                r"unknown log level 'loud\n': expected debug, info, warn, error or fatal",
+            ),
+            (
+                ["--log-config-file", "a\nb"],
+                r"--log-config-file 'a\nb' is not supported: the node writes no log files",
+            ),
+            (
+                ["-e", "/a\nb"],
+                "--enclave: '/a\\nb' is not an enclave name: expected '/' or an absolute name such \
+                 as '/robot/camera'",
+            ),
+            (
+                ["-p", "a\nb"],
+                "couldn't parse the parameter override 'a\\nb': expected 'name:=value' or \
+                 'node:name:=value' with a value in YAML, such as 3, 0.5, true, text or [1.0, 2.0]",
+            ),
+            (
+                ["-r", "a\nb"],
+                "couldn't parse the remapping 'a\\nb': expected 'from:=to', 'node:from:=to', \
+                 '__node:=name' or '__ns:=/namespace'",
+            ),
+        ] {
+            let line = ["n", "--ros-args"].into_iter().chain(arguments).map(str::to_owned);
+            assert_eq!(Arguments::parse(line).unwrap_err().to_string(), expected);
+        }
+        let encoding = ArgumentsError::NotUnicode("\u{fffd}\n".to_owned()).to_string();
+        assert_eq!(encoding, "argument '\u{fffd}\\n' is not valid UTF-8");
     }
 }

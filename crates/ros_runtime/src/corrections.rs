@@ -1,18 +1,28 @@
-//! Which RustDDS this program was built with: the published crate, or one with corrections.
+//! The RustDDS build in use: the published crate, or a copy with the patches in `patches/rustdds`.
 //!
-//! `launch_scripts/setup.sh` applies `patches/rustdds` to a copy of the crate. A program compiles with
-//! and without them, so the crate itself has to tell which one it is: the first patch adds an
-//! associated constant, and the one that sends type hashes a method. Where they are, they take
-//! precedence over the items of the same names in [`Uncorrected`].
+//! `launch_scripts/setup.sh` applies the patches to a copy of the crate. A program compiles with
+//! and without them, so it detects the patches by the items that they add: the first patch adds the
+//! associated constant `CORRECTIONS`, and the patch that announces type hashes adds a method. As
+//! inherent items, they take precedence over the trait items with the same names in this module,
+//! which are the fallback for the published crate.
+//!
+//! # Examples
+//!
+//! ```
+//! use ros_runtime::corrections::{RUSTDDS, corrections, is_corrected};
+//!
+//! assert_eq!(RUSTDDS.ends_with("(corrected)"), is_corrected());
+//! assert_eq!(corrections().count() > 0, is_corrected());
+//! ```
 
 use rustdds::{DomainParticipant, DomainParticipantBuilder};
 
-/// What the published crate lacks.
-#[allow(dead_code, reason = "replaced by the crate's own items where it is corrected")]
+/// Provides fallbacks for the items that the published crate lacks.
+#[allow(dead_code, reason = "the patched crate's own items take precedence")]
 pub(crate) trait Uncorrected: Sized {
     const CORRECTIONS: &'static str = "";
 
-    /// Does nothing: there is no way to set USER_DATA.
+    /// Does nothing: the published crate cannot set the USER_DATA of endpoints.
     fn endpoint_user_data(self, _: impl Fn(&str, &str) -> Vec<u8> + Send + Sync + 'static) -> Self {
         self
     }
@@ -21,16 +31,19 @@ pub(crate) trait Uncorrected: Sized {
 impl Uncorrected for DomainParticipant {}
 impl Uncorrected for DomainParticipantBuilder {}
 
-/// The version of RustDDS, and whether it is corrected: `RustDDS 0.15.1 (corrected)`.
+/// The RustDDS version and build, such as `RustDDS 0.15.1 (corrected)`.
 pub const RUSTDDS: &str =
     if is_corrected() { "RustDDS 0.15.1 (corrected)" } else { "RustDDS 0.15.1 (uncorrected)" };
 
-/// Whether this program was built with corrections.
+/// Returns whether this program was built with the patched crate.
 pub const fn is_corrected() -> bool {
     !DomainParticipant::CORRECTIONS.is_empty()
 }
 
-/// What `--version` prints after a program's name: the version of its package and [`RUSTDDS`].
+/// Returns the text that `--version` prints after the program's name: the package version and
+/// [`RUSTDDS`](crate::corrections::RUSTDDS).
+///
+/// # Examples
 ///
 /// ```
 /// let version: String = ros_runtime::version!();
@@ -43,7 +56,8 @@ macro_rules! version {
     };
 }
 
-/// The names of the corrections, those of the files in `patches/rustdds`.
+/// Returns the names of the applied patches, which are the file names in `patches/rustdds` without
+/// `.patch`. The published crate has none.
 pub fn corrections() -> impl Iterator<Item = &'static str> {
     DomainParticipant::CORRECTIONS.lines()
 }
@@ -56,7 +70,8 @@ mod tests {
 
     const REPOSITORY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
-    /// The names of the patches, if setup.sh has been run: cargo then builds with its copy.
+    /// Returns the names of the patches if setup.sh has prepared the patched copy, which Cargo then
+    /// uses, and no names otherwise.
     fn expected() -> Vec<String> {
         if !fs::exists(format!("{REPOSITORY}/.cargo/corrected/config.toml")).unwrap() {
             return vec![];
@@ -70,13 +85,13 @@ mod tests {
     }
 
     #[test]
-    fn corrections_are_those_of_the_patches() {
+    fn the_corrections_match_the_patches_in_the_repository() {
         assert_eq!(corrections().collect::<Vec<_>>(), expected());
         assert_eq!(is_corrected(), !expected().is_empty());
     }
 
     #[test]
-    fn the_version_is_that_of_the_lock_file() {
+    fn the_version_matches_the_lock_file() {
         let lock = fs::read_to_string(format!("{REPOSITORY}/Cargo.lock")).unwrap();
         let (_, package) = lock.split_once("name = \"rustdds\"\nversion = \"").unwrap();
         let (version, _) = package.split_once('"').unwrap();

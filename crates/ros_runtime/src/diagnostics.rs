@@ -1,7 +1,8 @@
-//! `/diagnostics`: how the parts of a node are, once a second (REP-107).
+//! Diagnostics: publishes the status of a node's components on `/diagnostics` once a second
+//! (REP-107).
 //!
-//! A part is a function that is called when its report is due, and only while somebody reads the
-//! topic: it costs nothing otherwise.
+//! Each component has a function that returns its report. The function is called only while the
+//! topic has subscribers.
 
 use std::{sync::Arc, time::Duration};
 
@@ -15,24 +16,41 @@ use tokio::time::{MissedTickBehavior, interval};
 pub use crate::report::{Level, Report};
 use crate::{clock::Clock, publisher::Publisher};
 
-/// The time between two reports of a part.
+/// The interval between reports, 1 s.
 pub const PERIOD: Duration = Duration::from_secs(1);
 
-type Part = (String, Box<dyn FnMut() -> Report + Send>);
+type Component = (String, Box<dyn FnMut() -> Report + Send>);
 
-/// The parts of a node; a cheap handle that can be shared.
+/// The components of a node. Clones share them.
+///
+/// # Examples
+///
+/// ```
+/// use ros_runtime::diagnostics::{Diagnostics, Level, Report};
+///
+/// // In a node: `node.diagnostics()`.
+/// let diagnostics = Diagnostics::default();
+/// diagnostics.add("battery", || Report {
+///     level: Level::Warn,
+///     message: "battery low".to_owned(),
+///     values: vec![("voltage, V", "10.9".to_owned())],
+/// });
+/// ```
 #[derive(Clone, Default)]
 pub struct Diagnostics {
-    parts: Arc<Mutex<Vec<Part>>>,
+    components: Arc<Mutex<Vec<Component>>>,
 }
 
 impl Diagnostics {
-    /// Adds a part, such as `camera`, which is asked for its report from now on.
+    /// Adds a component with a name, such as `camera`, and a function that returns its report.
+    ///
+    /// The status is named `NODE: NAME`. The function runs on the node's background thread once a
+    /// second while `/diagnostics` has subscribers. It must not block or call `add`.
     pub fn add(&self, name: &str, report: impl FnMut() -> Report + Send + 'static) {
-        self.parts().push((name.to_owned(), Box::new(report)));
+        self.components().push((name.to_owned(), Box::new(report)));
     }
 
-    /// Publishes the reports for ever.
+    /// Publishes reports until the task is dropped.
     pub(crate) async fn serve(
         self,
         node: String,
@@ -45,17 +63,17 @@ impl Diagnostics {
             ticks.tick().await;
             publisher.publish_with(|| DiagnosticArray {
                 header: Header { stamp: clock.now(), ..Header::default() },
-                status: self.parts().iter_mut().map(|part| status(&node, part)).collect(),
+                status: self.components().iter_mut().map(|each| status(&node, each)).collect(),
             });
         }
     }
 
-    fn parts(&self) -> MutexGuard<'_, Vec<Part>> {
-        self.parts.lock()
+    fn components(&self) -> MutexGuard<'_, Vec<Component>> {
+        self.components.lock()
     }
 }
 
-fn status(node: &str, (part, report): &mut Part) -> DiagnosticStatus {
+fn status(node: &str, (component, report): &mut Component) -> DiagnosticStatus {
     let Report { level, message, values } = report();
     let level = match level {
         Level::Ok => DiagnosticStatus::OK,
@@ -66,7 +84,7 @@ fn status(node: &str, (part, report): &mut Part) -> DiagnosticStatus {
     let values = values.into_iter().map(|(key, value)| KeyValue { key: key.to_owned(), value });
     DiagnosticStatus {
         level,
-        name: format!("{node}: {part}"),
+        name: format!("{node}: {component}"),
         message,
         hardware_id: String::new(),
         values: values.collect(),

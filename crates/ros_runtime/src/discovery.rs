@@ -1,8 +1,15 @@
-//! Which DDS domain a node joins, on which networks, and with which keys.
+//! Discovery: the DDS domain that a node joins and the networks that it uses.
 //!
-//! The variables are ROS's: `ROS_DOMAIN_ID` (0 to 232), `ROS_AUTOMATIC_DISCOVERY_RANGE` (`SUBNET`,
-//! `LOCALHOST`, `OFF`, `SYSTEM_DEFAULT`) and its deprecated predecessor `ROS_LOCALHOST_ONLY`, which
-//! wins where it is set to 1, as in rcl; [`security`](crate::security) has those for the keys.
+//! The environment variables are the same as in ROS:
+//!
+//! | variable | values |
+//! |---|---|
+//! | `ROS_DOMAIN_ID` | 0 (default) to 232 |
+//! | `ROS_AUTOMATIC_DISCOVERY_RANGE` | `SUBNET` (default), `SYSTEM_DEFAULT` (same), `LOCALHOST` |
+//! | `ROS_LOCALHOST_ONLY` | 0 (default), 1; deprecated, but 1 overrides the range, as in rcl |
+//!
+//! The range `OFF` and `ROS_STATIC_PEERS` are not supported. [`security`](crate::security)
+//! describes the SROS2 variables.
 
 use std::{net::Ipv4Addr, sync::Arc};
 
@@ -10,73 +17,100 @@ use ros_interfaces::Interfaces;
 use rustdds::{DomainParticipant, DomainParticipantBuilder};
 use thiserror::Error;
 
-#[allow(unused_imports, reason = "the corrected crate has a method of its own")]
+#[allow(unused_imports, reason = "the corrected crate has its own method")]
 use crate::corrections::Uncorrected;
 use crate::{
+    escape::escaped,
     security::{EnclaveName, Security, SecurityError},
     types,
 };
 
-/// What the environment says about discovery.
+/// The domain, networks and security of a participant.
+///
+/// # Examples
+///
+/// ```
+/// use ros_runtime::{
+///     discovery::{Discovery, Range},
+///     security::EnclaveName,
+/// };
+///
+/// let variables = |name: &str| (name == "ROS_DOMAIN_ID").then(|| "42".to_owned());
+/// let discovery = Discovery::from_variables(&EnclaveName::default(), variables)?;
+/// assert_eq!((discovery.domain_id, discovery.range), (42, Range::Subnet));
+/// # Ok::<(), ros_runtime::discovery::DiscoveryError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Discovery {
-    /// The DDS domain.
+    /// The DDS domain, 0 to 232.
     pub domain_id: u16,
-    /// How far to look for others.
+    /// The discovery range.
     pub range: Range,
-    /// Whose keys the participant has.
+    /// The security configuration of the participant.
     pub security: Security,
 }
 
-/// How far a participant looks for others and announces itself.
+/// The range in which a participant discovers peers and announces itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Range {
-    /// Every network of this machine.
+    /// All networks to which this machine is connected.
     Subnet,
     /// This machine only: no packet leaves it.
     Localhost,
 }
 
-/// Why the environment cannot be followed.
+/// The error returned for an invalid environment variable or if a participant cannot join its
+/// domain.
 #[derive(Debug, Error, PartialEq)]
 pub enum DiscoveryError {
-    /// A domain that does not exist.
-    #[error("ROS_DOMAIN_ID='{0}': expected a number from 0 to 232")]
+    /// `ROS_DOMAIN_ID` is not a number from 0 to 232.
+    #[error("ROS_DOMAIN_ID='{}': expected a number from 0 to 232", escaped(.0))]
     DomainId(String),
-    /// A range that ROS does not have.
+    /// `ROS_AUTOMATIC_DISCOVERY_RANGE` is unknown.
     #[error(
-        "ROS_AUTOMATIC_DISCOVERY_RANGE='{0}': expected SUBNET, LOCALHOST, OFF or SYSTEM_DEFAULT"
+        "ROS_AUTOMATIC_DISCOVERY_RANGE='{}': expected SUBNET, LOCALHOST or SYSTEM_DEFAULT",
+        escaped(.0)
     )]
     Range(String),
-    /// A range that RustDDS does not have.
+    /// `ROS_AUTOMATIC_DISCOVERY_RANGE` is `OFF`, which RustDDS does not support.
     #[error(
-        "ROS_AUTOMATIC_DISCOVERY_RANGE=OFF: a node that finds nobody could not reach its peer; \
-         use LOCALHOST to stay on this machine"
+        "ROS_AUTOMATIC_DISCOVERY_RANGE=OFF is not supported, because the node could not discover \
+         its peers: expected SUBNET, LOCALHOST or SYSTEM_DEFAULT"
     )]
     Off,
-    /// A switch that is neither on nor off.
-    #[error("ROS_LOCALHOST_ONLY='{0}': expected 0 or 1")]
+    /// `ROS_LOCALHOST_ONLY` is neither 0 nor 1.
+    #[error("ROS_LOCALHOST_ONLY='{}': expected 0 or 1", escaped(.0))]
     LocalhostOnly(String),
-    /// The participant cannot be as secure as it should.
+    /// Security is enabled but cannot be used.
     #[error(transparent)]
     Security(#[from] SecurityError),
-    /// DDS did not start.
-    #[error("could not join DDS domain {domain_id}: {reason}")]
+    /// RustDDS could not create the participant.
+    #[error("could not join DDS domain {domain_id}: {}", escaped(.reason))]
     Participant {
         /// The domain.
         domain_id: u16,
-        /// What RustDDS says.
+        /// The error reported by RustDDS.
         reason: String,
     },
 }
 
 impl Discovery {
-    /// Reads the process's environment for a participant in this enclave.
+    /// Reads the environment variables of this process for a participant in `enclave`.
+    ///
+    /// # Errors
+    ///
+    /// Same as [`Discovery::from_variables`].
     pub fn from_environment(enclave: &EnclaveName) -> Result<Discovery, DiscoveryError> {
         Discovery::from_variables(enclave, |name| std::env::var(name).ok())
     }
 
-    /// Reads the variables through a function; an empty one counts as not set, as in rcl.
+    /// Reads environment variables for a participant in `enclave`.
+    ///
+    /// `variable` returns the value of a variable; an empty value counts as unset, as in rcl.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if a variable is invalid, or if security is enabled but cannot be used.
     pub fn from_variables(
         enclave: &EnclaveName,
         variable: impl Fn(&str) -> Option<String>,
@@ -85,7 +119,7 @@ impl Discovery {
         let variable = |name: &str| variable(name).filter(|value| !value.is_empty());
         let domain_id = match variable("ROS_DOMAIN_ID") {
             None => 0,
-            // Above 232 the ports of RTPS's formula pass 65535.
+            // With larger IDs, the RTPS port numbers would exceed 65535.
             Some(text) => match text.parse() {
                 Ok(id @ 0..=232) => id,
                 _ => return Err(DiscoveryError::DomainId(text)),
@@ -106,7 +140,12 @@ impl Discovery {
         Ok(Discovery { domain_id, range, security })
     }
 
-    /// Joins the domain.
+    /// Creates a participant, which joins the domain. If RustDDS is the patched copy, the
+    /// participant announces the type hashes of `interfaces`.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the keys cannot be used or if RustDDS fails to start.
     pub fn participant(
         &self,
         interfaces: Arc<Interfaces>,
@@ -125,12 +164,13 @@ impl Discovery {
     }
 }
 
-/// Says once what cannot be followed: RustDDS finds others by multicast only.
+/// Logs a warning if `ROS_STATIC_PEERS` is set, because RustDDS discovers peers only by multicast.
 pub(crate) fn warn_of_static_peers() {
     let peers = std::env::var("ROS_STATIC_PEERS").unwrap_or_default();
     if !peers.is_empty() {
         log::warn!(
-            "ROS_STATIC_PEERS='{peers}' is not followed: others are found by multicast only"
+            "ROS_STATIC_PEERS='{}' is ignored: peers are discovered only by multicast",
+            escaped(&peers)
         );
     }
 }
@@ -146,25 +186,25 @@ mod tests {
     }
 
     #[test]
-    fn defaults_are_those_of_ros() {
+    fn the_defaults_match_ros() {
         let expected = Discovery { domain_id: 0, range: Range::Subnet, security: Security::Off };
         assert_eq!(discovery(&[]), Ok(expected.clone()));
         assert_eq!(discovery(&[("ROS_DOMAIN_ID", "")]), Ok(expected));
     }
 
     #[test]
-    fn variables_are_followed() {
+    fn reads_the_ros_variables() {
         let localhost =
             Discovery { domain_id: 42, range: Range::Localhost, security: Security::Off };
         let range = ("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST");
         assert_eq!(discovery(&[("ROS_DOMAIN_ID", "42"), range]), Ok(localhost.clone()));
-        let old = ("ROS_LOCALHOST_ONLY", "1");
+        let deprecated = ("ROS_LOCALHOST_ONLY", "1");
         let subnet = ("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET");
-        assert_eq!(discovery(&[("ROS_DOMAIN_ID", "42"), old, subnet]), Ok(localhost));
+        assert_eq!(discovery(&[("ROS_DOMAIN_ID", "42"), deprecated, subnet]), Ok(localhost));
     }
 
     #[test]
-    fn bad_values_are_named() {
+    fn errors_name_the_variable_and_its_value() {
         for (name, value) in [
             ("ROS_DOMAIN_ID", "233"),
             ("ROS_DOMAIN_ID", "-1"),
@@ -175,5 +215,22 @@ mod tests {
             let message = discovery(&[(name, value)]).unwrap_err().to_string();
             assert!(message.starts_with(&format!("{name}='{value}': expected")), "{message}");
         }
+    }
+
+    #[test]
+    fn errors_escape_the_values_that_they_quote() {
+        for (name, expected) in [
+            ("ROS_DOMAIN_ID", r"ROS_DOMAIN_ID='4\n2': expected a number from 0 to 232"),
+            (
+                "ROS_AUTOMATIC_DISCOVERY_RANGE",
+                "ROS_AUTOMATIC_DISCOVERY_RANGE='4\\n2': expected SUBNET, LOCALHOST or \
+                 SYSTEM_DEFAULT",
+            ),
+            ("ROS_LOCALHOST_ONLY", r"ROS_LOCALHOST_ONLY='4\n2': expected 0 or 1"),
+        ] {
+            assert_eq!(discovery(&[(name, "4\n2")]).unwrap_err().to_string(), expected);
+        }
+        let error = DiscoveryError::Participant { domain_id: 42, reason: "a\nb".to_owned() };
+        assert_eq!(error.to_string(), r"could not join DDS domain 42: a\nb");
     }
 }

@@ -1,7 +1,8 @@
-//! Who is there: the readers of a topic, and the matches of each local endpoint, as DDS reports them.
+//! The ROS graph: the remote readers of each topic and the matches of each local endpoint, as
+//! reported by DDS.
 //!
-//! ros2-client's Spinner does the same, but with it comes a subscription to `/clock` of a wrong
-//! type, so nobody here starts one.
+//! ros2-client's Spinner also tracks them, but it subscribes to `/clock` with the wrong type, so
+//! this crate does not start a Spinner.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -16,54 +17,56 @@ use rustdds::{
 };
 use tokio::sync::watch;
 
-/// The matches of every local endpoint; a cheap handle that can be shared.
+/// The readers and matches that DDS has reported. Clones share them.
 #[derive(Clone, Default)]
 pub(crate) struct Graph {
-    known: Arc<Mutex<Known>>,
+    state: Arc<Mutex<State>>,
 }
 
 #[derive(Default)]
-struct Known {
-    /// What each local endpoint is matched with.
-    endpoints: BTreeMap<GUID, Endpoint>,
+struct State {
+    /// The remote endpoints that match each local endpoint.
+    matches: BTreeMap<GUID, Endpoints>,
     /// The remote readers of each DDS topic.
-    readers: BTreeMap<String, Endpoint>,
+    readers: BTreeMap<String, Endpoints>,
 }
 
+/// A set of remote endpoints.
 #[derive(Default)]
-struct Endpoint {
-    others: BTreeSet<GUID>,
+struct Endpoints {
+    guids: BTreeSet<GUID>,
     count: watch::Sender<usize>,
 }
 
 impl Graph {
-    /// How many remote endpoints match a local one, now and from now on.
+    /// Returns a receiver for the number of remote endpoints that match a local endpoint.
     pub(crate) fn matches(&self, local: GUID) -> watch::Receiver<usize> {
-        self.with(|known| known.endpoints.entry(local).or_default().count.subscribe())
+        self.with(|state| state.matches.entry(local).or_default().count.subscribe())
     }
 
-    /// How many remote readers a DDS topic has, now and from now on.
+    /// Returns a receiver for the number of remote readers of a DDS topic.
     pub(crate) fn readers(&self, topic: &str) -> watch::Receiver<usize> {
-        self.with(|known| known.readers.entry(topic.to_owned()).or_default().count.subscribe())
+        self.with(|state| state.readers.entry(topic.to_owned()).or_default().count.subscribe())
     }
 
-    /// Whether a local endpoint has a match in another participant than those that read a DDS topic.
+    /// Returns whether a local endpoint matches a remote endpoint in a participant that has no
+    /// reader of the DDS topic `topic`.
     pub(crate) fn matches_besides(&self, local: GUID, topic: &str) -> bool {
-        self.with(|known| {
-            let Some(endpoint) = known.endpoints.get(&local) else {
+        self.with(|state| {
+            let Some(matches) = state.matches.get(&local) else {
                 return false;
             };
-            let readers = known.readers.get(topic);
-            let reads = |other: &GUID| {
+            let readers = state.readers.get(topic);
+            let is_of_a_reader = |guid: &GUID| {
                 readers.is_some_and(|readers| {
-                    readers.others.iter().any(|reader| reader.prefix == other.prefix)
+                    readers.guids.iter().any(|reader| reader.prefix == guid.prefix)
                 })
             };
-            !endpoint.others.iter().all(reads)
+            !matches.guids.iter().all(is_of_a_reader)
         })
     }
 
-    /// Follows the participant's events for ever.
+    /// Applies the participant's events until the task is dropped.
     pub(crate) async fn follow(self, participant: DomainParticipant) {
         let listener = participant.status_listener();
         let mut events = listener.as_async_status_stream();
@@ -73,46 +76,47 @@ impl Graph {
     }
 
     fn apply(&self, event: &Event) {
-        self.with(|known| match event {
+        self.with(|state| match event {
             Event::ReaderDetected { reader } => {
-                let readers = known.readers.entry(reader.topic_name.clone()).or_default();
-                readers.change(|others| others.insert(reader.guid));
+                let readers = state.readers.entry(reader.topic_name.clone()).or_default();
+                readers.change(|guids| guids.insert(reader.guid));
             }
             Event::RemoteReaderMatched { local_writer: local, remote_reader: remote }
             | Event::RemoteWriterMatched { local_reader: local, remote_writer: remote } => {
-                let endpoint = known.endpoints.entry(*local).or_default();
-                endpoint.change(|others| others.insert(*remote));
+                let matches = state.matches.entry(*local).or_default();
+                matches.change(|guids| guids.insert(*remote));
             }
             Event::ReaderLost { guid, .. } | Event::WriterLost { guid, .. } => {
-                known.all().for_each(|endpoint| endpoint.change(|others| others.remove(guid)));
+                state.all().for_each(|endpoints| endpoints.change(|guids| guids.remove(guid)));
             }
-            // A process that was killed takes no leave: its endpoints go with its lease.
-            Event::ParticipantLost { id, .. } => known.all().for_each(|endpoint| {
-                endpoint.change(|others| {
-                    let before = others.len();
-                    others.retain(|guid| guid.prefix != *id);
-                    others.len() != before
+            // If a process was killed, its endpoints are not reported as lost individually.
+            Event::ParticipantLost { id, .. } => state.all().for_each(|endpoints| {
+                endpoints.change(|guids| {
+                    let before = guids.len();
+                    guids.retain(|guid| guid.prefix != *id);
+                    guids.len() != before
                 });
             }),
             _ => {}
         });
     }
 
-    fn with<T>(&self, work: impl FnOnce(&mut Known) -> T) -> T {
-        work(&mut self.known.lock())
+    fn with<T>(&self, work: impl FnOnce(&mut State) -> T) -> T {
+        work(&mut self.state.lock())
     }
 }
 
-impl Known {
-    fn all(&mut self) -> impl Iterator<Item = &mut Endpoint> {
-        self.endpoints.values_mut().chain(self.readers.values_mut())
+impl State {
+    fn all(&mut self) -> impl Iterator<Item = &mut Endpoints> {
+        self.matches.values_mut().chain(self.readers.values_mut())
     }
 }
 
-impl Endpoint {
+impl Endpoints {
+    /// Applies `change`, which returns whether it modified the set, and publishes the new count.
     fn change(&mut self, change: impl FnOnce(&mut BTreeSet<GUID>) -> bool) {
-        if change(&mut self.others) {
-            self.count.send_replace(self.others.len());
+        if change(&mut self.guids) {
+            self.count.send_replace(self.guids.len());
         }
     }
 }

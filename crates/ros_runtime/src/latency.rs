@@ -1,76 +1,88 @@
-//! How long the answers of a service take, from time to time.
+//! Response times of a service.
 
 use std::{sync::Arc, time::Duration};
 
 use crate::report::{Level, Report};
 use parking_lot::{Mutex, MutexGuard};
 
-/// The latencies of a client; a cheap handle that can be shared.
+/// The latencies of a service client, from each request to its response. Clones share them.
+///
+/// # Examples
+///
+/// ```
+/// use ros_runtime::{diagnostics::Level, latency::Latencies};
+///
+/// // In a node: `client.latencies().clone()`.
+/// let latencies = Latencies::default();
+/// assert_eq!(latencies.report().level, Level::Stale);
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Latencies {
-    known: Arc<Mutex<Known>>,
+    statistics: Arc<Mutex<Statistics>>,
 }
 
 #[derive(Debug, Default)]
-struct Known {
+struct Statistics {
     recent: Recent,
-    /// About the median.
-    usual: Option<Duration>,
+    /// An estimate of the median; `None` before the first response.
+    median: Option<Duration>,
 }
 
-/// By what an answer moves the [usual](Latencies::record) latency.
+/// The factor by which each response changes the estimate of the median.
 const STEP: f64 = 1.125;
-/// An answer that takes so many times what is usual is late.
-const LATE: u32 = 4;
+/// The timeout for a response, in multiples of the median.
+const TIMEOUT_MEDIANS: u32 = 4;
 
-/// The answers since somebody asked last.
+/// The responses since the last report.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Recent {
-    answers: u64,
+    responses: u64,
     sum: Duration,
     longest: Duration,
 }
 
 impl Latencies {
-    /// An answer took so long, from the request to the moment when somebody waited for it and had it.
+    /// Records a latency, measured from the request until the caller received the response.
     ///
-    /// What is usual is the median, which each answer moves a little towards itself. As long as most
-    /// come at once, those that had to be asked for again do not count for more.
+    /// Each response moves the estimate of the median by one step towards its latency. The
+    /// median is robust: as long as most requests succeed at the first attempt, retries hardly
+    /// change it.
     pub(crate) fn record(&self, latency: Duration) {
-        let mut known = self.known();
-        known.recent.answers += 1;
-        known.recent.sum += latency;
-        known.recent.longest = known.recent.longest.max(latency);
-        known.usual = Some(match known.usual {
+        let mut statistics = self.lock();
+        statistics.recent.responses += 1;
+        statistics.recent.sum += latency;
+        statistics.recent.longest = statistics.recent.longest.max(latency);
+        statistics.median = Some(match statistics.median {
             None => latency,
             Some(median) if latency > median => median.mul_f64(STEP),
             Some(median) => median.div_f64(STEP),
         });
     }
 
-    /// After how long an answer is so late that it was lost, if that is known yet.
+    /// Returns the time after which a response counts as lost; `None` before the first response.
     pub(crate) fn timeout(&self) -> Option<Duration> {
-        self.known().usual.map(|median| LATE * median)
+        self.lock().median.map(|median| TIMEOUT_MEDIANS * median)
     }
 
-    fn known(&self) -> MutexGuard<'_, Known> {
-        self.known.lock()
+    fn lock(&self) -> MutexGuard<'_, Statistics> {
+        self.statistics.lock()
     }
 
-    /// The answers since the last report.
+    /// Returns a report on the responses since the last report: their number, and their mean and
+    /// longest latency in microseconds. Without responses, the level is [`Level::Stale`].
     pub fn report(&self) -> Report {
-        let Recent { answers, sum, longest } = std::mem::take(&mut self.known().recent);
-        if answers == 0 {
-            let message = "no answer since the last report".to_owned();
+        let Recent { responses, sum, longest } = std::mem::take(&mut self.lock().recent);
+        if responses == 0 {
+            let message = "no response since the last report".to_owned();
             return Report { level: Level::Stale, message, values: Vec::new() };
         }
         let microseconds = |duration: Duration| format!("{:.0}", duration.as_secs_f64() * 1e6);
         Report {
             level: Level::Ok,
-            message: format!("{answers} answers since the last report"),
+            message: format!("{responses} responses since the last report"),
             values: vec![
-                ("answers", answers.to_string()),
-                ("mean latency, us", microseconds(sum.div_f64(answers as f64))),
+                ("responses", responses.to_string()),
+                ("mean latency, us", microseconds(sum.div_f64(responses as f64))),
                 ("longest latency, us", microseconds(longest)),
             ],
         }
@@ -82,38 +94,39 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_late_is_learnt_from_what_is_usual() {
+    fn the_timeout_follows_the_median_latency() {
         let milliseconds = Duration::from_millis;
         let latencies = Latencies::default();
         assert_eq!(latencies.timeout(), None);
-        let learn = |latency, times| (0..times).for_each(|_| latencies.record(latency));
-        learn(milliseconds(8), 50);
-        let about = |wanted: Duration| {
+        let record = |latency, times| (0..times).for_each(|_| latencies.record(latency));
+        record(milliseconds(8), 50);
+        let assert_about = |expected: Duration| {
             let found = latencies.timeout().unwrap();
-            assert!(wanted * 3 / 4 < found && found < wanted * 4 / 3, "{found:?} {wanted:?}");
+            let is_near = expected * 3 / 4 < found && found < expected * 4 / 3;
+            assert!(is_near, "{found:?}, expected about {expected:?}");
         };
-        about(milliseconds(32));
-        // A third of them late, as where messages are lost, changes little.
+        assert_about(milliseconds(32));
+        // A third of the responses are late, as on a lossy network: the timeout hardly changes.
         for _ in 0..30 {
-            learn(milliseconds(300), 1);
-            learn(milliseconds(8), 2);
+            record(milliseconds(300), 1);
+            record(milliseconds(8), 2);
         }
         assert!(latencies.timeout().unwrap() < milliseconds(50));
-        // A network that has become slow is believed, and one that has become fast again.
-        learn(milliseconds(200), 60);
-        about(milliseconds(800));
-        learn(milliseconds(2), 60);
-        about(milliseconds(8));
+        // The network becomes slow, then fast again.
+        record(milliseconds(200), 60);
+        assert_about(milliseconds(800));
+        record(milliseconds(2), 60);
+        assert_about(milliseconds(8));
     }
 
     #[test]
-    fn a_report_is_of_what_came_since_the_last_one() {
+    fn a_report_covers_the_responses_since_the_last_one() {
         let latencies = Latencies::default();
         latencies.record(Duration::from_micros(100));
         latencies.record(Duration::from_micros(300));
         let values = latencies.report().values;
         let expected =
-            [("answers", "2"), ("mean latency, us", "200"), ("longest latency, us", "300")];
+            [("responses", "2"), ("mean latency, us", "200"), ("longest latency, us", "300")];
         assert_eq!(values, expected.map(|(key, value)| (key, value.to_owned())));
         assert_eq!(latencies.report().level, Level::Stale);
     }

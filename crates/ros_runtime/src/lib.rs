@@ -1,38 +1,64 @@
-//! What a ROS 2 node needs and ros2-client leaves out.
+//! ROS 2 node infrastructure on top of ros2-client.
 //!
-//! [ros2-client](https://crates.io/crates/ros2-client) brings nodes, topics and services over DDS.
-//! A node that is started beside rclcpp and rclpy nodes needs more, and finds it here, layer by
-//! layer; each is usable alone:
+//! [ros2-client](https://crates.io/crates/ros2-client) provides nodes, topics and services over
+//! DDS. This crate adds what a node needs to work alongside rclcpp and rclpy nodes. Each module can
+//! be used on its own:
 //!
-//! - [`arguments`]: `--ros-args` with remappings, parameter overrides, files and log levels, taken
-//!   off the command line before the program parses what is its own.
-//! - [`discovery`]: `ROS_DOMAIN_ID`, `ROS_AUTOMATIC_DISCOVERY_RANGE`, `ROS_LOCALHOST_ONLY`: which
-//!   domain a participant joins, and on which networks.
-//! - [`corrections`]: whether RustDDS is the published crate or one with its faults corrected.
-//! - [`security`]: SROS2: with whose keys a participant joins, where the feature of that name is on.
-//! - [`rmw`]: `RMW_IMPLEMENTATION`: how the others map services to DDS.
-//! - [`names`]: relative and private names, namespaces and remapping.
-//! - [`parameters`]: typed declaration with descriptions and ranges, files in YAML, the services
-//!   that `ros2 param` talks to.
-//! - [`logging`]: the console in ROS's format, and `/rosout`.
-//! - [`clock`]: the time on the wall, or that of `/clock`: `use_sim_time`.
-//! - [`diagnostics`]: how the parts of a node are, once a second.
-//! - [`node`]: a node with its publishers, subscriptions and services; a publisher knows whether
-//!   anybody reads, so that nothing is serialised for nobody, and the node describes its types to
-//!   whoever asks.
-//! - [`service`]: a client that repeats a request until its deadline, because one datagram may be
-//!   lost and a server cannot know whether its answer is heard.
-//! - [`latency`]: how long a service's answers take.
-//! - [`server`]: a server that a client's death does not silence.
-//! - [`spin`]: waiting without falling asleep at once, which is what a round trip costs most.
-//! - [`shutdown`]: SIGINT and SIGTERM as something that blocking and asynchronous code can wait for.
-//! - [`failure`]: a node that fails in one of its threads ends, and none takes all of the memory.
+//! - [`arguments`]: `--ros-args` with remappings, parameter overrides, parameter files and log
+//!   levels, separated from the program's own arguments.
+//! - [`discovery`]: the DDS domain and networks of a participant, from `ROS_DOMAIN_ID`,
+//!   `ROS_AUTOMATIC_DISCOVERY_RANGE` and `ROS_LOCALHOST_ONLY`.
+//! - [`corrections`]: whether RustDDS is the published crate or a patched copy.
+//! - [`security`]: SROS2, with the feature `security`.
+//! - [`rmw`]: the mapping from services to DDS, selected by `RMW_IMPLEMENTATION`.
+//! - [`names`]: relative, private and absolute names, namespaces and remapping.
+//! - [`parameters`]: typed declarations with descriptions and ranges, YAML files, and the services
+//!   that `ros2 param` calls.
+//! - [`logging`]: console output in ROS's format, and `/rosout`.
+//! - [`clock`]: system time, or simulated time from `/clock` with `use_sim_time`.
+//! - [`diagnostics`]: the status of a node's components on `/diagnostics`, once a second.
+//! - [`node`]: a node with publishers, subscriptions, servers and clients. Publishers skip
+//!   serialization if they have no subscribers, and `~/get_type_description` describes the node's
+//!   types.
+//! - [`qos`]: quality-of-service profiles for topics.
+//! - [`service`]: a service client that retries a request until its timeout expires.
+//! - [`latency`]: the response times of a service.
+//! - [`server`]: a service server that keeps responding after a client has been killed.
+//! - [`spin`]: an executor whose thread stays awake briefly before it sleeps, which shortens round
+//!   trips.
+//! - [`shutdown`]: SIGINT, SIGTERM and SIGHUP as a future.
+//! - [`failure`]: exits the process on a panic, and limits its memory.
+//!
+//! # Examples
+//!
+//! A node that publishes a heartbeat once a second. `examples/minimal_node.rs` adds a parameter and
+//! a service.
+//!
+//! ```no_run
+//! use std::time::Duration;
+//!
+//! use ros_interfaces::std_msgs::Header;
+//! use ros_runtime::{Arguments, Node, node::reliable};
+//! use tokio::time::interval;
+//!
+//! let mut node = Node::new("heartbeat", &Arguments::from_environment()?, &[])?;
+//! let heartbeat = node.create_publisher::<Header>("heartbeat", reliable(10))?;
+//! node.start_services()?;
+//! node.block_on(async {
+//!     let mut ticks = interval(Duration::from_secs(1));
+//!     while node.shutdown().unless_requested(ticks.tick()).await.is_some() {
+//!         heartbeat.publish_with(|| Header { stamp: node.clock().now(), ..Header::default() });
+//!     }
+//! });
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod arguments;
 pub mod clock;
 pub mod corrections;
 pub mod diagnostics;
 pub mod discovery;
+mod escape;
 pub mod failure;
 mod graph;
 pub mod latency;

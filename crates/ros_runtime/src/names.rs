@@ -1,29 +1,44 @@
-//! Names of nodes, topics and services: relative, private and absolute, and their remapping.
+//! Names of nodes, topics and services, and their remapping.
 //!
 //! The rules are those of <https://design.ros2.org/articles/topic_and_service_names.html>: a name
-//! that begins with `/` is absolute, one that begins with `~/` is private to its node, any other is
-//! relative to the node's namespace.
+//! that begins with `/` is absolute, a name that begins with `~/` is private to its node, and any
+//! other name is relative to the node's namespace.
 
 use std::str::FromStr;
 
 use thiserror::Error;
 
-/// One `-r` rule: `[node:]from:=to`.
+use crate::escape::escaped;
+
+/// A remapping rule, as given with `-r`: `[node:]from:=to`.
+///
+/// # Examples
+///
+/// ```
+/// use ros_runtime::names::Remap;
+///
+/// let remap: Remap = "camera:image:=/front".parse()?;
+/// assert_eq!(remap.node.as_deref(), Some("camera"));
+/// assert_eq!((remap.from.as_str(), remap.to.as_str()), ("image", "/front"));
+/// assert!("image".parse::<Remap>().is_err());
+/// # Ok::<(), ros_runtime::names::RemapError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Remap {
-    /// The node that the rule is for; every node if there is none.
+    /// The name of the node to which the rule applies; `None` for every node.
     pub node: Option<String>,
     /// The name to replace, or `__node`, `__name` or `__ns`.
     pub from: String,
-    /// Its replacement.
+    /// The replacement.
     pub to: String,
 }
 
-/// Why a text is not a remapping.
+/// The error returned for an invalid remapping rule.
 #[derive(Debug, Error, PartialEq)]
 #[error(
-    "couldn't parse the remapping '{0}': expected 'from:=to', 'node:from:=to', '__node:=name' or \
-     '__ns:=/namespace'"
+    "couldn't parse the remapping '{}': expected 'from:=to', 'node:from:=to', '__node:=name' or \
+     '__ns:=/namespace'",
+    escaped(.0)
 )]
 pub struct RemapError(String);
 
@@ -53,15 +68,29 @@ impl FromStr for Remap {
     }
 }
 
-/// Why a name cannot be used.
+/// The error returned for an invalid name.
 #[derive(Debug, Error, PartialEq)]
 #[error(
-    "'{0}' is no valid name: expected tokens of letters, digits and single underscores that do not \
-     begin with a digit, between single slashes, such as 'camera/image', '/scan' or '~/state'"
+    "'{}' is not a valid name: expected tokens of letters, digits and single underscores that do \
+     not begin with a digit, between single slashes, such as 'camera/image', '/scan' or '~/state'",
+    escaped(.0)
 )]
 pub struct InvalidName(String);
 
-/// Where a node stands, and which names were remapped for it.
+/// A node's name and namespace, and the remapping rules that apply to it.
+///
+/// # Examples
+///
+/// ```
+/// use ros_runtime::names::{Naming, Remap};
+///
+/// let remaps: [Remap; 2] = ["__ns:=/robot1".parse()?, "image:=/front".parse()?];
+/// let naming = Naming::new("camera", &remaps)?;
+/// assert_eq!(naming.fully_qualified(), "/robot1/camera");
+/// assert_eq!(naming.resolve("~/state")?, "/robot1/camera/state");
+/// assert_eq!(naming.resolve("image")?, "/front");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Naming {
     /// The node's name, without a namespace.
@@ -72,7 +101,12 @@ pub struct Naming {
 }
 
 impl Naming {
-    /// The naming of the node that its program calls `default_name`.
+    /// Applies remapping rules to a node. `default_name` is the node's name if no rule remaps
+    /// `__node`, and the name by which rules refer to the node.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if a rule contains an invalid name.
     pub fn new(default_name: &str, remaps: &[Remap]) -> Result<Naming, InvalidName> {
         let applies =
             |remap: &&Remap| remap.node.as_deref().is_none_or(|node| node == default_name);
@@ -94,12 +128,16 @@ impl Naming {
         Ok(naming)
     }
 
-    /// The node's name with its namespace, such as `/robot1/sim_node`.
+    /// Returns the node's name with its namespace, such as `/robot1/camera`.
     pub fn fully_qualified(&self) -> String {
         join(&self.namespace, &self.node)
     }
 
-    /// The absolute name that a topic or service has after expansion and remapping.
+    /// Expands and remaps the name of a topic or service. The result is absolute.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the name is invalid.
     pub fn resolve(&self, name: &str) -> Result<String, InvalidName> {
         let expanded = self.expand(name)?;
         let rule = self.rules.iter().find(|(from, _)| *from == expanded);
@@ -124,7 +162,7 @@ fn join(namespace: &str, name: &str) -> String {
     format!("{}/{name}", namespace.trim_end_matches('/'))
 }
 
-/// Whether a text is `/` or an absolute name.
+/// Returns whether a text is `/` or an absolute name.
 pub(crate) fn is_namespace(text: &str) -> bool {
     text == "/" || (text.starts_with('/') && is_name(text))
 }
@@ -146,37 +184,46 @@ mod tests {
 
     fn naming(rules: &[&str]) -> Naming {
         let remaps: Vec<Remap> = rules.iter().map(|rule| rule.parse().unwrap()).collect();
-        Naming::new("sim_node", &remaps).unwrap()
+        Naming::new("camera", &remaps).unwrap()
     }
 
     #[test]
-    fn relative_private_and_absolute_names() {
+    fn resolves_relative_private_and_absolute_names() {
         let root = naming(&[]);
-        assert_eq!(root.resolve("camera/image").unwrap(), "/camera/image");
-        assert_eq!(root.resolve("~/state").unwrap(), "/sim_node/state");
-        let moved = naming(&["__ns:=/robot1", "__node:=room"]);
-        assert_eq!(moved.fully_qualified(), "/robot1/room");
-        assert_eq!(moved.resolve("camera/image").unwrap(), "/robot1/camera/image");
-        assert_eq!(moved.resolve("~/state").unwrap(), "/robot1/room/state");
+        assert_eq!(root.resolve("stereo/image").unwrap(), "/stereo/image");
+        assert_eq!(root.resolve("~/state").unwrap(), "/camera/state");
+        let moved = naming(&["__ns:=/robot1", "__node:=front"]);
+        assert_eq!(moved.fully_qualified(), "/robot1/front");
+        assert_eq!(moved.resolve("stereo/image").unwrap(), "/robot1/stereo/image");
+        assert_eq!(moved.resolve("~/state").unwrap(), "/robot1/front/state");
         assert_eq!(moved.resolve("/rosout").unwrap(), "/rosout");
     }
 
     #[test]
     fn rules_apply_to_the_expanded_name() {
-        let remapped = naming(&["__ns:=/a", "camera/image:=/front", "other:reset:=start"]);
-        assert_eq!(remapped.resolve("camera/image").unwrap(), "/front");
-        assert_eq!(remapped.resolve("/a/camera/image").unwrap(), "/front");
-        assert_eq!(remapped.resolve("reset").unwrap(), "/a/reset", "a rule of another node");
-        assert_eq!(naming(&["sim_node:reset:=start"]).resolve("reset").unwrap(), "/start");
+        let remapped = naming(&["__ns:=/a", "stereo/image:=/front", "other:reset:=start"]);
+        assert_eq!(remapped.resolve("stereo/image").unwrap(), "/front");
+        assert_eq!(remapped.resolve("/a/stereo/image").unwrap(), "/front");
+        assert_eq!(remapped.resolve("reset").unwrap(), "/a/reset", "the rule is for another node");
+        assert_eq!(naming(&["camera:reset:=start"]).resolve("reset").unwrap(), "/start");
     }
 
     #[test]
-    fn what_is_no_name_is_refused() {
+    fn rejects_invalid_names_and_rules() {
         for rule in ["abc", ":=x", "a:=", "a b:=c", "__ns:=relative", "__node:=a/b", "a//b:=c"] {
             assert!(rule.parse::<Remap>().is_err(), "{rule}");
         }
         for name in ["", "/", "a/", "1a", "a__b", "a-b", "~"] {
             assert!(naming(&[]).resolve(name).is_err(), "{name}");
         }
+    }
+
+    #[test]
+    fn errors_escape_the_text_that_they_quote() {
+        let error = naming(&[]).resolve("a\nb").unwrap_err().to_string();
+        let expected = "'a\\nb' is not a valid name: expected tokens of letters, digits and single \
+                        underscores that do not begin with a digit, between single slashes, such \
+                        as 'camera/image', '/scan' or '~/state'";
+        assert_eq!(error, expected);
     }
 }

@@ -1,52 +1,66 @@
-//! Why a node, or one of its topics or services, cannot be made.
+//! The error returned when a node cannot start or an endpoint cannot be created.
 
 use thiserror::Error;
 
 use crate::{
     discovery::DiscoveryError,
+    escape::escaped,
     logging::InvalidColorization,
     names::InvalidName,
     parameters::{ParameterError, ParameterFileError},
     rmw::UnknownRmw,
 };
 
-/// Why a node cannot be made, or not have one of its topics or services.
+/// The error returned when a node cannot start or an endpoint cannot be created.
+///
+/// # Examples
+///
+/// ```
+/// use ros_runtime::{Arguments, Node, node::NodeError};
+///
+/// let line = ["camera", "--ros-args", "-p", "use_sim_time:=maybe"];
+/// let arguments = Arguments::parse(line.map(str::to_owned))?;
+/// let error = Node::parameters_only("camera", &arguments).unwrap_err();
+/// assert!(matches!(error, NodeError::Parameter(_)));
+/// # Ok::<(), ros_runtime::arguments::ArgumentsError>(())
+/// ```
 #[derive(Debug, Error)]
 pub enum NodeError {
-    /// The environment is wrong, or DDS does not start.
+    /// An environment variable is invalid, or DDS fails to start.
     #[error(transparent)]
     Discovery(#[from] DiscoveryError),
-    /// The console cannot be written as wanted.
+    /// `RCUTILS_COLORIZED_OUTPUT` is invalid.
     #[error(transparent)]
     Logging(#[from] InvalidColorization),
-    /// The middleware is none that can be spoken with.
+    /// The middleware is not supported.
     #[error(transparent)]
     Rmw(#[from] UnknownRmw),
-    /// A name is none.
+    /// A name is invalid.
     #[error(transparent)]
     Name(#[from] InvalidName),
-    /// A parameter file cannot be used.
+    /// A parameter file cannot be read or is invalid.
     #[error(transparent)]
     ParameterFile(#[from] ParameterFileError),
-    /// A parameter that every node has is wrong.
+    /// A parameter that every node has is invalid.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// What describes the node's types is no definition.
-    #[error("a definition is wrong: {0}")]
+    /// An interface definition is invalid.
+    #[error("invalid interface definition: {0}")]
     Definition(#[from] rosidl::DefinitionError),
-    /// The operating system refuses threads or signals.
+    /// The operating system cannot start threads or install signal handlers.
     #[error("could not start the node's runtime: {0}")]
     Runtime(#[from] std::io::Error),
-    /// DDS refuses an endpoint.
-    #[error("could not create {what}: {reason}")]
+    /// DDS rejects the node or an endpoint.
+    #[error("could not create {what}: {}", escaped(.reason))]
     Endpoint {
         /// The node, topic or service.
         what: String,
-        /// What DDS says.
+        /// The error reported by DDS.
         reason: String,
     },
 }
 
+/// Returns a function that wraps a DDS error, for `map_err`.
 pub(crate) fn endpoint<E: std::fmt::Display>(what: &str) -> impl FnOnce(E) -> NodeError {
     let what = what.to_owned();
     move |error| NodeError::Endpoint { what, reason: error.to_string() }

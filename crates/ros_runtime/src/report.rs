@@ -1,26 +1,26 @@
-//! How a part of a node is.
+//! The diagnostic report of a component.
 
-/// How well a part does.
+/// The level of a report.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Level {
-    /// All is well.
+    /// The component works.
     #[default]
     Ok,
-    /// It works, but needs attention.
+    /// The component works, but needs attention.
     Warn,
-    /// It does not work.
+    /// The component does not work.
     Error,
-    /// There was no update for a while.
+    /// The component has not been updated recently.
     Stale,
 }
 
-/// How a part is.
+/// The status of a component.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Report {
-    /// How well.
+    /// The level.
     pub level: Level,
-    /// In a few words.
+    /// A short description.
     pub message: String,
-    /// The same in numbers: what, with its unit, and how much.
+    /// Details: pairs of a key, with its unit (such as `rate, 1/s`), and a value.
     pub values: Vec<(&'static str, String)>,
 }

@@ -1,12 +1,19 @@
-//! SROS2: with whose keys a participant joins its domain.
+//! SROS2: the keys with which a participant joins its domain.
 //!
-//! A keystore, as `ros2 security` makes it, has an enclave for each participant: a directory with its
-//! identity and its permissions, signed. The variables are rcl's: `ROS_SECURITY_ENABLE` (`true` or
-//! `false`), `ROS_SECURITY_KEYSTORE`, `ROS_SECURITY_STRATEGY` (`Enforce` or `Permissive`, the default)
-//! and `ROS_SECURITY_ENCLAVE_OVERRIDE`, which wins over `--enclave`. rcl takes any other value of the
-//! two switches for the less secure one; here it is an error.
+//! A keystore created by `ros2 security` contains enclaves, which are directories with the identity
+//! and the signed permissions of a participant. The environment variables are the same as in rcl:
 //!
-//! It takes the feature `security`. Without it, a node that should be secure does not start.
+//! | variable | values |
+//! |---|---|
+//! | `ROS_SECURITY_ENABLE` | `true`, `false` (default) |
+//! | `ROS_SECURITY_KEYSTORE` | the keystore's directory |
+//! | `ROS_SECURITY_STRATEGY` | `Enforce`, `Permissive` (default) |
+//! | `ROS_SECURITY_ENCLAVE_OVERRIDE` | an enclave, which takes precedence over `--enclave` |
+//!
+//! rcl treats any other value of `ROS_SECURITY_ENABLE` or `ROS_SECURITY_STRATEGY` as the less
+//! secure option; this crate returns an error.
+//!
+//! Without the feature `security`, a node refuses to start if the environment enables security.
 
 use std::{
     path::{Path, PathBuf},
@@ -17,15 +24,30 @@ use log::LevelFilter;
 use rustdds::DomainParticipantBuilder;
 use thiserror::Error;
 
-use crate::names::is_namespace;
+use crate::{
+    escape::{escaped, escaped_path},
+    names::is_namespace,
+};
 
-/// The name of an enclave: `/` or `/one/two`.
+/// The name of an enclave, such as `/robot/camera`; the default is `/`.
+///
+/// # Examples
+///
+/// ```
+/// use ros_runtime::security::EnclaveName;
+///
+/// assert!("/robot/camera".parse::<EnclaveName>().is_ok());
+/// assert!("camera".parse::<EnclaveName>().is_err());
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnclaveName(String);
 
-/// Why a text does not name an enclave.
+/// The error returned for an invalid enclave name.
 #[derive(Debug, Error, PartialEq)]
-#[error("'{0}' is no enclave: expected '/' or an absolute name such as '/robot/camera'")]
+#[error(
+    "'{}' is not an enclave name: expected '/' or an absolute name such as '/robot/camera'",
+    escaped(.0)
+)]
 pub struct InvalidEnclaveName(String);
 
 impl Default for EnclaveName {
@@ -46,70 +68,85 @@ impl FromStr for EnclaveName {
     }
 }
 
-/// What the environment says about security.
+/// The security configuration of a participant.
+///
+/// # Examples
+///
+/// ```
+/// use ros_runtime::security::{EnclaveName, Security};
+///
+/// let variables = |name: &str| (name == "ROS_SECURITY_ENABLE").then(|| "false".to_owned());
+/// let security = Security::from_variables(&EnclaveName::default(), variables)?;
+/// assert_eq!(security, Security::Off);
+/// # Ok::<(), ros_runtime::security::SecurityError>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Security {
-    /// Nothing is secured.
+    /// Security is disabled.
     #[default]
     Off,
-    /// There should be keys, but there are none, and the strategy is `Permissive`: nothing is secured.
+    /// Security is enabled with the strategy `Permissive`, but keys are missing, so the participant
+    /// joins without security.
     Missing(MissingKeys),
     /// The participant joins with the keys in this directory.
     Enclave(PathBuf),
 }
 
-/// Why there are no keys.
+/// The reason why keys are missing.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum MissingKeys {
-    /// No keystore is named.
+    /// `ROS_SECURITY_KEYSTORE` is not set.
     #[error(
-        "ROS_SECURITY_KEYSTORE is not set: expected a directory that 'ros2 security create_keystore' \
-         has made"
+        "ROS_SECURITY_KEYSTORE is not set: expected a directory created by \
+         'ros2 security create_keystore'"
     )]
     Keystore,
-    /// The keystore has no such enclave.
+    /// The keystore does not contain the enclave.
     #[error(
-        "there is no enclave {}: expected a directory that 'ros2 security create_enclave' has made",
-        .0.display()
+        "there is no enclave {}: expected a directory created by 'ros2 security create_enclave'",
+        escaped_path(.0)
     )]
     Enclave(PathBuf),
-    /// The enclave is not whole.
-    #[error("the enclave {} is not whole: there is no {file}", .enclave.display())]
+    /// The enclave lacks a file.
+    #[error("the enclave {} is incomplete: {file} is missing", escaped_path(.enclave))]
     File {
-        /// Its directory.
+        /// The enclave's directory.
         enclave: PathBuf,
-        /// What is not in it.
+        /// The missing file.
         file: &'static str,
     },
 }
 
-/// Why a participant cannot be as secure as the environment wants it.
+/// The error returned if security is enabled but cannot be used.
 #[derive(Debug, Error, PartialEq)]
 pub enum SecurityError {
-    /// RustDDS was built without its part that needs OpenSSL.
+    /// The crate was built without the feature `security`.
     #[error(
         "ROS_SECURITY_ENABLE=true, but this node was built without security: expected a build with \
-         the feature 'security', see docs/security.md"
+         the feature 'security'; see docs/security.md"
     )]
     NotBuilt,
-    /// A switch that is neither on nor off.
-    #[error("ROS_SECURITY_ENABLE='{0}': expected true or false")]
+    /// `ROS_SECURITY_ENABLE` is neither `true` nor `false`.
+    #[error("ROS_SECURITY_ENABLE='{}': expected true or false", escaped(.0))]
     Enable(String),
-    /// A strategy that ROS does not have.
-    #[error("ROS_SECURITY_STRATEGY='{0}': expected Enforce or Permissive")]
+    /// `ROS_SECURITY_STRATEGY` is unknown.
+    #[error("ROS_SECURITY_STRATEGY='{}': expected Enforce or Permissive", escaped(.0))]
     Strategy(String),
-    /// An override that names no enclave.
+    /// `ROS_SECURITY_ENCLAVE_OVERRIDE` is not an enclave name.
     #[error("ROS_SECURITY_ENCLAVE_OVERRIDE: {0}")]
     Override(#[from] InvalidEnclaveName),
-    /// What RustDDS would not follow.
-    #[error("RustDDS does not follow {}: expected no list of revoked certificates", .0.display())]
+    /// The enclave has a certificate revocation list, which RustDDS would ignore.
+    #[error(
+        "{}: RustDDS does not support certificate revocation lists; create a new keystore instead",
+        escaped_path(.0)
+    )]
     Revocations(PathBuf),
-    /// The strategy is `Enforce`.
+    /// Keys are missing and the strategy is `Enforce`.
     #[error("ROS_SECURITY_STRATEGY=Enforce, but {0}")]
     Missing(#[from] MissingKeys),
 }
 
-/// What every enclave has; some of it are links to what the keystore has once.
+/// The files of an enclave. Some are links to files that all enclaves in the keystore share.
 const FILES: [&str; 6] = [
     "identity_ca.cert.pem",
     "cert.pem",
@@ -120,8 +157,15 @@ const FILES: [&str; 6] = [
 ];
 
 impl Security {
-    /// Reads the variables through a function, for a participant that is in this enclave unless it is
-    /// overridden; an empty one counts as not set, as in rcl.
+    /// Reads environment variables for a participant in `enclave`, unless
+    /// `ROS_SECURITY_ENCLAVE_OVERRIDE` names another enclave.
+    ///
+    /// `variable` returns the value of a variable; an empty value counts as unset, as in rcl.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if a variable is invalid, if the enclave has a certificate revocation list,
+    /// or if keys are missing and the strategy is `Enforce`.
     pub fn from_variables(
         enclave: &EnclaveName,
         variable: impl Fn(&str) -> Option<String>,
@@ -155,21 +199,22 @@ impl Security {
         }
     }
 
-    /// Says what was found, or that the node is less secure than somebody may think.
+    /// Logs the directory with the keys, or warns that security is enabled but keys are missing.
     pub(crate) fn report(&self) {
         match self {
             Security::Off => {}
             Security::Missing(missing) => log::warn!(
-                "nothing is secured: {missing}; ROS_SECURITY_STRATEGY=Enforce makes that an error"
+                "starting without security: {missing}; ROS_SECURITY_STRATEGY=Enforce makes this an \
+                 error"
             ),
             Security::Enclave(directory) => {
-                log::info!("found the security directory {}", directory.display());
+                log::info!("found the security directory {}", escaped_path(directory));
             }
         }
     }
 
-    /// What libraries may say: secured, RustDDS calls it an error that a message comes before its
-    /// key, and complains of every packet of somebody who has none.
+    /// Returns the log level of the DDS libraries. With security, RustDDS logs an error for every
+    /// message that arrives before its key and for every packet from a participant without keys.
     pub(crate) fn library_level(&self) -> LevelFilter {
         match self {
             Security::Off | Security::Missing(_) => LevelFilter::Error,
@@ -177,7 +222,7 @@ impl Security {
         }
     }
 
-    /// Gives a participant its keys.
+    /// Adds the keys to a participant builder.
     pub(crate) fn secure(
         &self,
         builder: DomainParticipantBuilder,
@@ -190,7 +235,7 @@ impl Security {
             Security::Missing(_) => Ok(builder),
             #[cfg(feature = "security")]
             Security::Enclave(directory) => {
-                // The keys of sros2 have no password.
+                // SROS2 keys have no password.
                 let files = rustdds::DomainParticipantSecurityConfigFiles::with_ros_default_names(
                     directory,
                     String::new(),
@@ -201,7 +246,7 @@ impl Security {
     }
 }
 
-/// The directory of an enclave that is whole.
+/// Returns the directory of an enclave if it contains all files.
 fn directory(keystore: &Path, enclave: &EnclaveName) -> Result<PathBuf, MissingKeys> {
     let directory = keystore.join("enclaves").join(enclave.0.trim_start_matches('/'));
     if !directory.is_dir() {
@@ -229,7 +274,7 @@ mod tests {
     const ENFORCE: (&str, &str) = ("ROS_SECURITY_STRATEGY", "Enforce");
 
     #[test]
-    fn nothing_is_secured_unless_somebody_asks_for_it() {
+    fn security_is_off_by_default() {
         assert_eq!(security(&[]), Ok(Security::Off));
         let keystore = ("ROS_SECURITY_KEYSTORE", "/nowhere");
         for value in ["", "false"] {
@@ -239,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_enclave_is_refused() {
+    fn rejects_invalid_enclave_names() {
         for name in ["", "robot", "/robot/", "//", "/a b"] {
             let error = name.parse::<EnclaveName>().unwrap_err().to_string();
             assert!(error.contains("expected '/' or an absolute name"), "{error}");
@@ -247,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn values_that_rcl_would_take_for_the_less_secure_one_are_refused() {
+    fn rejects_values_that_rcl_treats_as_the_less_secure_option() {
         for value in ["True", "1"] {
             let found = security(&[("ROS_SECURITY_ENABLE", value)]);
             assert_eq!(found, Err(SecurityError::Enable(value.to_owned())));
@@ -259,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_missing_is_named_and_with_enforce_an_error() {
+    fn names_the_missing_keys_and_returns_an_error_with_enforce() {
         let keystore = tempfile::tempdir().unwrap();
         let path = keystore.path().to_str().unwrap();
         let named = ("ROS_SECURITY_KEYSTORE", path);
@@ -267,7 +312,7 @@ mod tests {
 
         let missing = |variables: &[(&str, &str)]| {
             let Ok(Security::Missing(missing)) = security(&[&[ENABLE], variables].concat()) else {
-                panic!("{variables:?} is not missing");
+                panic!("no keys are missing with {variables:?}");
             };
             let enforced = security(&[&[ENABLE, ENFORCE], variables].concat());
             assert_eq!(enforced, Err(SecurityError::Missing(missing.clone())));
@@ -288,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn the_override_wins() {
+    fn the_override_takes_precedence_over_the_enclave() {
         let keystore = tempfile::tempdir().unwrap();
         let named = ("ROS_SECURITY_KEYSTORE", keystore.path().to_str().unwrap());
         for (name, expected) in [("/", ""), ("/other", "other")] {
@@ -296,5 +341,38 @@ mod tests {
             let expected = keystore.path().join("enclaves").join(expected);
             assert_eq!(found, Ok(Security::Missing(MissingKeys::Enclave(expected))));
         }
+    }
+
+    #[test]
+    fn errors_escape_the_values_and_paths_that_they_quote() {
+        let error = |variables: &[(&str, &str)]| security(variables).unwrap_err().to_string();
+        for (variables, expected) in [
+            (
+                &[("ROS_SECURITY_ENABLE", "a\nb")][..],
+                r"ROS_SECURITY_ENABLE='a\nb': expected true or false",
+            ),
+            (
+                &[ENABLE, ("ROS_SECURITY_STRATEGY", "a\nb")],
+                r"ROS_SECURITY_STRATEGY='a\nb': expected Enforce or Permissive",
+            ),
+            (
+                &[ENABLE, ("ROS_SECURITY_ENCLAVE_OVERRIDE", "a\nb")],
+                "ROS_SECURITY_ENCLAVE_OVERRIDE: 'a\\nb' is not an enclave name: expected '/' or an \
+                 absolute name such as '/robot/camera'",
+            ),
+            (
+                &[ENABLE, ENFORCE, ("ROS_SECURITY_KEYSTORE", "/nowhere\n")],
+                "ROS_SECURITY_STRATEGY=Enforce, but there is no enclave \
+                 /nowhere\\n/enclaves/robot/camera: expected a directory created by \
+                 'ros2 security create_enclave'",
+            ),
+        ] {
+            assert_eq!(error(variables), expected);
+        }
+        let incomplete = MissingKeys::File { enclave: "/a\nb".into(), file: "key.pem" };
+        let expected = r"the enclave /a\nb is incomplete: key.pem is missing";
+        assert_eq!(incomplete.to_string(), expected);
+        let revocations = SecurityError::Revocations("/a\nb/crl.pem".into()).to_string();
+        assert!(revocations.starts_with(r"/a\nb/crl.pem: RustDDS"), "{revocations}");
     }
 }

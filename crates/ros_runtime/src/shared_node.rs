@@ -1,15 +1,15 @@
-//! The node of ros2-client that endpoints are made by.
+//! The ros2-client node that creates endpoints.
 
 use std::sync::Arc;
 
 use parking_lot::{Mutex, MutexGuard};
 use ros2_client::ServiceMapping;
 
-/// The node that endpoints belong to: they are made by it, and made anew.
+/// A ros2-client node that creates and recreates all endpoints. Clones share it.
 #[derive(Clone)]
 pub(crate) struct SharedNode {
     node: Arc<Mutex<ros2_client::Node>>,
-    /// How services are mapped to DDS.
+    /// The mapping from services to DDS.
     pub(crate) mapping: ServiceMapping,
 }
 

@@ -1,4 +1,4 @@
-//! The end of a node, requested by SIGINT, SIGTERM, SIGHUP or the program itself.
+//! Shutdown of a node, requested by SIGINT, SIGTERM, SIGHUP or the program itself.
 
 use std::{future::Future, sync::Arc};
 
@@ -9,7 +9,25 @@ use tokio::{
     sync::watch,
 };
 
-/// Whether the node shall end; a cheap handle that can be shared.
+/// A request to shut down the node. Clones share the request.
+///
+/// [`Node::shutdown`](crate::Node::shutdown) returns the request that signals trigger.
+///
+/// # Examples
+///
+/// ```
+/// use std::future::{pending, ready};
+///
+/// use ros_runtime::{
+///     Shutdown,
+///     spin::{WINDOW, block_on},
+/// };
+///
+/// let shutdown = Shutdown::default();
+/// assert_eq!(block_on(WINDOW, shutdown.unless_requested(ready(1))), Some(1));
+/// shutdown.request();
+/// assert_eq!(block_on(WINDOW, shutdown.unless_requested(pending::<i32>())), None);
+/// ```
 #[derive(Clone, Debug)]
 pub struct Shutdown {
     is_requested: Arc<watch::Sender<bool>>,
@@ -22,18 +40,19 @@ impl Default for Shutdown {
 }
 
 impl Shutdown {
-    /// Asks the node to end.
+    /// Requests the shutdown.
     pub fn request(&self) {
         self.is_requested.send_replace(true);
     }
 
-    /// Waits until the node shall end.
+    /// Waits until the shutdown is requested. This method is cancel-safe.
     pub async fn requested(&self) {
-        // The sender lives in self, so that waiting cannot fail.
+        // Waiting fails only if the sender has been dropped, but `self` owns it.
         let _ = self.is_requested.subscribe().wait_for(|is_requested| *is_requested).await;
     }
 
-    /// The result of a future, or `None` if the node ends first.
+    /// Returns the result of a future, or `None` if the shutdown is requested first. If the future
+    /// is ready immediately, its result takes precedence.
     pub async fn unless_requested<T>(&self, work: impl Future<Output = T>) -> Option<T> {
         tokio::select! {
             biased;
@@ -42,7 +61,7 @@ impl Shutdown {
         }
     }
 
-    /// Turns SIGINT, SIGTERM and SIGHUP into a request, for as long as the runtime lives.
+    /// Makes SIGINT, SIGTERM and SIGHUP request the shutdown while the runtime exists.
     pub(crate) fn listen_to_signals(&self, runtime: &Handle) -> std::io::Result<()> {
         let _context = runtime.enter();
         for (kind, name) in [
@@ -53,7 +72,8 @@ impl Shutdown {
             let (mut signals, shutdown) = (signal(kind)?, self.clone());
             runtime.spawn(async move {
                 while signals.recv().await.is_some() {
-                    // A terminal and a supervisor may both say so.
+                    // The terminal and a supervisor may both send a signal; only the first is
+                    // logged.
                     if !shutdown.is_requested.send_replace(true) {
                         info!("{name}: shutting down");
                     }

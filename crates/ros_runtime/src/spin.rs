@@ -1,9 +1,9 @@
-//! Waiting without falling asleep at once.
+//! An executor whose thread stays awake briefly before it sleeps.
 //!
-//! A thread that sleeps is woken by the kernel, on a core that may have gone to sleep itself: tens of
-//! microseconds, more than all the work of a message. A service call waits for four threads in turn.
-//! So a waiting thread stays awake for a moment, in which it leaves its core to whoever wants it,
-//! and sleeps only if nothing has come by then.
+//! The kernel takes tens of microseconds to wake a sleeping thread, and even longer on an idle
+//! core. This is longer than processing a message takes, and a service call waits for four threads
+//! in turn. A waiting thread therefore first stays awake for a short window, yielding its core to
+//! other threads, and sleeps only when the window is over.
 
 use std::{
     future::Future,
@@ -17,7 +17,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// How long a node's thread stays awake: longer than a round trip on one machine takes.
+/// The window of a node's thread: 150 us, which is longer than a local service call takes.
 pub const WINDOW: Duration = Duration::from_micros(150);
 
 struct Signal {
@@ -40,11 +40,11 @@ impl Wake for Signal {
 }
 
 impl Signal {
-    /// Returns once it is woken; until `end` it stays awake.
+    /// Waits for a wake-up. The thread stays awake until `end` and then sleeps.
     fn wait_until(&self, end: Instant) {
         while !self.woken.load(SeqCst) {
             if Instant::now() < end {
-                // Not a mere spin: DDS's own threads may need this core.
+                // Busy waiting would keep DDS's threads off this core.
                 thread::yield_now();
             } else {
                 self.is_asleep.store(true, SeqCst);
@@ -57,11 +57,23 @@ impl Signal {
     }
 }
 
-/// Runs a future on this thread, which stays awake for the window when it waits.
+/// Runs a future on this thread, which stays awake for up to `window` whenever the future waits.
 ///
-/// A wait is mostly as long as the one before. So after one that was longer than the window the
-/// thread sleeps at once, until they are shorter again: a node that is asked now and then costs
-/// nothing, and one that is asked all the time answers soon.
+/// A wait tends to be as long as the previous one. After a wait longer than the window, the thread
+/// sleeps immediately in each wait until one is shorter than the window again. This way, an idle
+/// node uses no CPU time, and a busy node responds quickly.
+///
+/// # Panics
+///
+/// Panics if the future panics, or if `window` is too long to be added to an [`Instant`].
+///
+/// # Examples
+///
+/// ```
+/// use ros_runtime::spin;
+///
+/// assert_eq!(spin::block_on(spin::WINDOW, async { 1 + 1 }), 2);
+/// ```
 pub fn block_on<T>(window: Duration, work: impl Future<Output = T>) -> T {
     let signal = Arc::new(Signal {
         woken: AtomicBool::new(false),
@@ -73,7 +85,7 @@ pub fn block_on<T>(window: Duration, work: impl Future<Output = T>) -> T {
     let mut work = pin!(work);
     let mut last_wait = Duration::ZERO;
     loop {
-        // Before the poll: what wakes during it counts.
+        // Reset before the poll, so that a wake-up during the poll is not lost.
         signal.woken.store(false, SeqCst);
         if let Poll::Ready(result) = work.as_mut().poll(&mut context) {
             return result;
@@ -88,13 +100,13 @@ pub fn block_on<T>(window: Duration, work: impl Future<Output = T>) -> T {
 mod tests {
     use super::*;
 
-    /// Wakes from another thread, early and late, with a window that is long, short or none.
+    /// Another thread wakes the future within the window, after the window, and without a window.
     #[test]
-    fn nothing_that_wakes_is_missed() {
+    fn no_wake_up_is_lost() {
         for window in [Duration::ZERO, Duration::from_micros(20), Duration::from_secs(5)] {
             for pause in [Duration::ZERO, Duration::from_micros(20), Duration::from_millis(3)] {
                 let (sender, receiver) = futures::channel::mpsc::unbounded();
-                let other = thread::spawn(move || {
+                let waker = thread::spawn(move || {
                     for number in 0..100 {
                         thread::sleep(pause);
                         sender.unbounded_send(number).unwrap();
@@ -102,7 +114,7 @@ mod tests {
                 });
                 let received: Vec<i32> = block_on(window, futures::StreamExt::collect(receiver));
                 assert!(received.into_iter().eq(0..100));
-                other.join().unwrap();
+                waker.join().unwrap();
             }
         }
     }

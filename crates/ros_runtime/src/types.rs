@@ -1,4 +1,4 @@
-//! What the topics and services of a node carry, for whoever asks `~/get_type_description`
+//! The type descriptions of a node's topics and services, served by `~/get_type_description`
 //! (REP-2016).
 
 use std::{collections::BTreeMap, sync::Arc};
@@ -14,38 +14,39 @@ use ros_interfaces::{
 use thiserror::Error;
 
 use crate::{
+    escape::escaped,
     parameters::{Descriptor, ParameterError, Parameters},
     server::ServiceServer,
 };
 
-/// Whether the service is there; rclcpp and rclpy know the parameter by this name, too.
+/// The parameter that enables the service, as in rclcpp and rclpy.
 const START_TYPE_DESCRIPTION_SERVICE: &str = "start_type_description_service";
 
-/// Why a type is not described.
+/// The reason for a failed request.
 #[derive(Debug, Error, PartialEq)]
-enum Refusal {
-    #[error("type_name is '{name}': this node has {}", used.join(", "))]
+enum DescriptionError {
+    #[error("no type '{}': this node has {}", escaped(.name), used.join(", "))]
     NotUsed { name: String, used: Vec<String> },
-    #[error("type_hash is '{hash}': expected {expected} for {name}")]
+    #[error("type_hash is '{}': expected {expected} for {name}", escaped(.hash))]
     OtherHash { hash: String, expected: String, name: String },
 }
 
-/// What discovery announces with an endpoint of this DDS type, such as
-/// `sensor_msgs::msg::dds_::Image_`: the type's hash, as Jazzy's rmw_dds_common writes it. Nothing for
-/// a type without a definition.
+/// Returns the USER_DATA that discovery announces for an endpoint with a DDS type, such as
+/// `sensor_msgs::msg::dds_::Image_`: the type hash, in the format of rmw_dds_common in Jazzy. The
+/// data is empty for a type without a definition.
 pub(crate) fn user_data(interfaces: &Interfaces, dds_type: &str) -> Vec<u8> {
     let hash = ros_name(dds_type).and_then(|name| interfaces.hash(&name));
     hash.map_or_else(Vec::new, |hash| format!("typehash={hash};").into_bytes())
 }
 
-/// The full name of a type, such as `sensor_msgs/msg/Image` or `std_srvs/srv/Trigger_Request`, by its
-/// name in DDS.
+/// Returns the full ROS name of a DDS type, such as `sensor_msgs/msg/Image` or
+/// `std_srvs/srv/Trigger_Request`.
 fn ros_name(dds_type: &str) -> Option<String> {
     let (package, name) = dds_type.split_once("::dds_::")?;
     Some(format!("{}/{}", package.replace("::", "/"), name.strip_suffix('_')?))
 }
 
-/// The types that a node uses; a cheap handle that can be shared.
+/// The types that a node uses. Clones share them.
 #[derive(Clone)]
 pub(crate) struct Types {
     are_served: bool,
@@ -54,7 +55,7 @@ pub(crate) struct Types {
 }
 
 impl Types {
-    /// No types yet; the parameter that says whether they are served is declared here.
+    /// Declares the parameter that enables the service and returns an empty set of types.
     pub(crate) fn declare(
         parameters: &Parameters,
         interfaces: Arc<Interfaces>,
@@ -64,39 +65,40 @@ impl Types {
         Ok(Types { are_served, interfaces, descriptions: Arc::default() })
     }
 
-    /// Whether they are to be served.
+    /// Returns whether the service is enabled.
     pub(crate) fn are_served(&self) -> bool {
         self.are_served
     }
 
-    /// Adds the type with this full name, such as `std_msgs/msg/Header`, if it has a definition.
+    /// Adds a type by its full name, such as `std_msgs/msg/Header`, if it has a definition.
     pub(crate) fn add(&self, full_name: &str) {
         if let Some(description) = self.interfaces.describe(full_name) {
             self.descriptions().insert(full_name.to_owned(), description);
         }
     }
 
-    /// Answers for ever.
+    /// Serves requests until the task is dropped.
     pub(crate) async fn serve(self, server: ServiceServer<GetTypeDescription>) {
         loop {
             let (id, request) = server.next_request().await;
-            let response = self.describe(request).unwrap_or_else(|refusal| Response {
-                failure_reason: refusal.to_string(),
+            let response = self.describe(request).unwrap_or_else(|error| Response {
+                failure_reason: error.to_string(),
                 ..Response::default()
             });
             server.answer(id, response).await;
         }
     }
 
-    fn describe(&self, request: Request) -> Result<Response, Refusal> {
+    fn describe(&self, request: Request) -> Result<Response, DescriptionError> {
         let Request { type_name: name, type_hash: hash, include_type_sources } = request;
         let descriptions = self.descriptions();
         let Some(description) = descriptions.get(&name) else {
-            return Err(Refusal::NotUsed { name, used: descriptions.keys().cloned().collect() });
+            let used = descriptions.keys().cloned().collect();
+            return Err(DescriptionError::NotUsed { name, used });
         };
         let expected = self.interfaces.hash(&name).unwrap_or_default();
         if hash != expected {
-            return Err(Refusal::OtherHash { hash, expected, name });
+            return Err(DescriptionError::OtherHash { hash, expected, name });
         }
         let type_sources =
             if include_type_sources { self.interfaces.sources(&name) } else { vec![] };
@@ -121,8 +123,8 @@ mod tests {
         Interfaces::with(&[("my_msgs/srv/Move", "float32 speed\n---\nbool success")]).unwrap()
     }
 
-    /// The answer of a node with two types.
-    fn answer(name: &str, hash: &str, include_type_sources: bool) -> Result<Response, String> {
+    /// Returns the response of a node that uses two defined types.
+    fn response(name: &str, hash: &str, include_type_sources: bool) -> Result<Response, String> {
         let (are_served, descriptions) = (true, Arc::default());
         let types = Types { are_served, interfaces: Arc::new(interfaces()), descriptions };
         for name in ["std_msgs/msg/Header", "my_msgs/srv/Move", "other_msgs/msg/Unknown"] {
@@ -130,7 +132,7 @@ mod tests {
         }
         let (type_name, type_hash) = (name.to_owned(), hash.to_owned());
         let request = Request { type_name, type_hash, include_type_sources };
-        types.describe(request).map_err(|refusal| refusal.to_string())
+        types.describe(request).map_err(|error| error.to_string())
     }
 
     fn hash(name: &str) -> String {
@@ -138,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn discovery_announces_the_hash_of_a_message() {
+    fn discovery_announces_the_hash_of_a_type() {
         for (dds_type, name) in [
             ("sensor_msgs::msg::dds_::Image_", "sensor_msgs/msg/Image"),
             ("my_msgs::srv::dds_::Move_Request_", "my_msgs/srv/Move_Request"),
@@ -159,24 +161,33 @@ mod tests {
     }
 
     #[test]
-    fn a_type_that_is_used_is_described() {
+    fn describes_a_type_that_the_node_uses() {
         const HEADER: &str = "std_msgs/msg/Header";
         let header = interfaces().describe(HEADER).unwrap();
-        let brief = answer(HEADER, &hash(HEADER), false).unwrap();
+        let brief = response(HEADER, &hash(HEADER), false).unwrap();
         assert!(brief.successful && brief.failure_reason.is_empty());
         assert_eq!((&brief.type_description, brief.type_sources), (&header, vec![]));
-        let full = answer(HEADER, &hash(HEADER), true).unwrap();
+        let full = response(HEADER, &hash(HEADER), true).unwrap();
         assert_eq!(full.type_description, header);
         assert_eq!(full.type_sources, interfaces().sources(HEADER));
     }
 
     #[test]
-    fn refusals_say_what_would_be_right() {
-        let unused = "type_name is 'std_msgs/msg/ColorRGBA': this node has my_msgs/srv/Move, \
+    fn rejects_unused_types_and_other_hashes() {
+        let unused = "no type 'std_msgs/msg/ColorRGBA': this node has my_msgs/srv/Move, \
                       std_msgs/msg/Header";
-        assert_eq!(answer("std_msgs/msg/ColorRGBA", "", true), Err(unused.to_owned()));
+        assert_eq!(response("std_msgs/msg/ColorRGBA", "", true), Err(unused.to_owned()));
         let hash = hash("std_msgs/msg/Header");
         let other = format!("type_hash is 'RIHS01_': expected {hash} for std_msgs/msg/Header");
-        assert_eq!(answer("std_msgs/msg/Header", "RIHS01_", true), Err(other));
+        assert_eq!(response("std_msgs/msg/Header", "RIHS01_", true), Err(other));
+    }
+
+    #[test]
+    fn errors_escape_the_name_and_the_hash_of_the_request() {
+        let unused = r"no type 'a\nb': this node has my_msgs/srv/Move, std_msgs/msg/Header";
+        assert_eq!(response("a\nb", "", true), Err(unused.to_owned()));
+        let hash = hash("std_msgs/msg/Header");
+        let other = format!(r"type_hash is 'a\nb': expected {hash} for std_msgs/msg/Header");
+        assert_eq!(response("std_msgs/msg/Header", "a\nb", true), Err(other));
     }
 }

@@ -1,87 +1,105 @@
-//! What a definition says.
+//! Parses interface definitions.
 
 use crate::{
     error::DefinitionError,
     field_type::{Element, FieldType, Primitive},
 };
 
-/// What a definition says of a message, or of one half of a service.
+/// A parsed message, or the request or response of a parsed service.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Definition {
-    /// The comment at its top, which an empty line follows.
+    /// The lines of the comment at the top of the definition; empty unless a blank line follows the
+    /// comment.
     pub comment: Vec<String>,
-    /// The constants, in their order.
+    /// The constants, in definition order.
     pub constants: Vec<Constant>,
-    /// The fields, in their order.
+    /// The fields, in definition order.
     pub fields: Vec<Field>,
 }
 
-/// A constant.
+/// A constant of a message.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Constant {
-    /// The comment above it, or else the one behind it.
+    /// The lines of the comment above, or, if there is none, the comment at the end of the line.
     pub comment: Vec<String>,
-    /// Its name.
+    /// The name.
     pub name: String,
-    /// Its type.
+    /// The type.
     pub r#type: FieldType,
-    /// Its value, as it is written.
+    /// The value, as written.
     pub value: String,
 }
 
-/// A field.
+/// A field of a message.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Field {
-    /// The comment above it, or else the one behind it.
+    /// The lines of the comment above, or, if there is none, the comment at the end of the line.
     pub comment: Vec<String>,
-    /// Its name.
+    /// The name.
     pub name: String,
-    /// Its type.
+    /// The type.
     pub r#type: FieldType,
-    /// Its default value as it is written, or empty.
+    /// The default value, as written; empty if there is none.
     pub default: String,
 }
 
 impl Definition {
-    /// Reads a definition of a package: one of a message, the request and the response of a service.
+    /// Parses a definition from the ROS package `package`.
+    ///
+    /// The result has one element for a message and two (request and response) for a service.
     ///
     /// # Errors
     ///
-    /// A line is no part of the language.
+    /// Returns [`DefinitionError`] if a line is neither a field nor a constant, or if a size in
+    /// a type is not a whole number.
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// use rosidl::Definition;
+    ///
+    /// let parts = Definition::parse("my_msgs", "uint8 action\n---\nbool success")?;
+    /// assert_eq!(parts[0].fields[0].name, "action");
+    /// assert_eq!(parts[1].fields[0].name, "success");
+    /// # Ok::<(), rosidl::DefinitionError>(())
+    /// ```
     pub fn parse(package: &str, text: &str) -> Result<Vec<Definition>, DefinitionError> {
         let lines: Vec<&str> = text.lines().collect();
         let parts = lines.split(|line| line.trim_end() == "---");
-        parts.map(|lines| Definition::of_lines(package, lines)).collect()
+        parts.map(|lines| Definition::parse_lines(package, lines)).collect()
     }
 
-    fn of_lines(package: &str, lines: &[&str]) -> Result<Definition, DefinitionError> {
+    fn parse_lines(package: &str, lines: &[&str]) -> Result<Definition, DefinitionError> {
         let mut definition = Definition::default();
-        let mut comment: Vec<String> = Vec::new();
+        let mut comment_above: Vec<String> = Vec::new();
         for line in lines {
-            let (said, remark) = line.split_once('#').map_or((*line, None), |(s, r)| (s, Some(r)));
-            let said = said.trim();
-            if said.is_empty() {
-                match remark {
-                    Some(remark) => comment.push(remark.trim().to_owned()),
+            let (code, trailing) = match line.split_once('#') {
+                Some((code, comment)) => (code.trim(), Some(comment.trim())),
+                None => (line.trim(), None),
+            };
+            if code.is_empty() {
+                match trailing {
+                    Some(comment) => comment_above.push(comment.to_owned()),
                     None => {
-                        let about = std::mem::take(&mut comment);
+                        let block = std::mem::take(&mut comment_above);
                         let is_first =
                             definition.fields.is_empty() && definition.constants.is_empty();
                         if is_first && definition.comment.is_empty() {
-                            definition.comment = about;
+                            definition.comment = block;
                         }
                     }
                 }
                 continue;
             }
-            let mut comment = std::mem::take(&mut comment);
-            if let (true, Some(remark)) = (comment.is_empty(), remark) {
-                comment.push(remark.trim().to_owned());
+            let mut comment = std::mem::take(&mut comment_above);
+            if let (true, Some(trailing)) = (comment.is_empty(), trailing) {
+                comment.push(trailing.to_owned());
             }
-            let wrong = || DefinitionError::Line(said.to_owned());
-            let (written, rest) = said.split_once(char::is_whitespace).ok_or_else(wrong)?;
-            let r#type = FieldType::parse(package, written)?;
+            let invalid = || DefinitionError::Line(code.to_owned());
+            let (type_name, rest) = code.split_once(char::is_whitespace).ok_or_else(invalid)?;
+            let r#type = FieldType::parse(package, type_name)?;
             let rest = rest.trim();
+            // A default value can contain `=` too, but then more than the name precedes it.
             match rest
                 .split_once('=')
                 .filter(|(name, _)| !name.trim().contains(char::is_whitespace))
@@ -91,14 +109,14 @@ impl Definition {
                     definition.constants.push(Constant { comment, name, r#type, value });
                 }
                 None => {
-                    let (name, default) = rest.split_once(' ').unwrap_or((rest, ""));
+                    let (name, default) = rest.split_once([' ', '\t']).unwrap_or((rest, ""));
                     let (name, default) = (name.to_owned(), default.trim().to_owned());
                     definition.fields.push(Field { comment, name, r#type, default });
                 }
             }
         }
         if definition.fields.is_empty() {
-            // A struct of IDL cannot be empty, so rosidl puts this into it.
+            // An IDL struct cannot be empty, so rosidl adds this member.
             definition.fields.push(Field {
                 comment: Vec::new(),
                 name: "structure_needs_at_least_one_member".to_owned(),
@@ -111,7 +129,7 @@ impl Definition {
 }
 
 impl Field {
-    /// The default value as a description has it: as Python writes it.
+    /// Returns the default value in Python syntax, which type descriptions use.
     pub fn described_default(&self) -> String {
         match self.r#type.element {
             Element::Primitive(Primitive::Bool) => {
@@ -133,12 +151,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_line_may_say() {
+    fn parses_fields_constants_and_comments() {
         let text = "# a comment\n\nuint8 LEAST=1 # another\nuint8 MOST = 2\nchar[4] name\n\
                     string<=8[<=2] words\nInner[] inner\nother_msgs/Outer outer\nfloat64 w 1\n\
                     # whether\n# it is on\nbool on true\nint8 x -2";
         let [definition] = &Definition::parse("our_msgs", text).unwrap()[..] else {
-            panic!("one message");
+            panic!("expected one message");
         };
         assert_eq!(definition.comment, ["a comment"]);
         let constants = definition.constants.iter().map(|c| (c.name.as_str(), c.value.as_str()));
@@ -166,19 +184,22 @@ mod tests {
     }
 
     #[test]
-    fn a_service_has_two_halves_and_an_empty_one_has_a_member() {
-        let halves = Definition::parse("our_msgs", "---\nbool success").unwrap();
-        let [request, response] = &halves[..] else {
-            panic!("a request and a response");
+    fn a_service_has_two_parts_and_an_empty_part_gets_a_member() {
+        let parts = Definition::parse("our_msgs", "---\nbool success").unwrap();
+        let [request, response] = &parts[..] else {
+            panic!("expected a request and a response");
         };
         assert_eq!(request.fields[0].name, "structure_needs_at_least_one_member");
         assert_eq!(response.fields[0].name, "success");
     }
 
     #[test]
-    fn what_is_wrong_is_said() {
+    fn rejects_an_invalid_size_and_an_incomplete_line() {
         let error = |text| Definition::parse("our_msgs", text).unwrap_err().to_string();
-        assert_eq!(error("uint8[x] a"), "'uint8[x]' has the size 'x': expected a whole number");
-        assert!(error("uint8").starts_with("'uint8' is neither a field"));
+        assert_eq!(
+            error("uint8[x] a"),
+            "invalid size 'x' in type 'uint8[x]' (expected: a whole number)"
+        );
+        assert!(error("uint8").starts_with("invalid line 'uint8' (expected: field"));
     }
 }

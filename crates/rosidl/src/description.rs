@@ -1,5 +1,6 @@
-//! What a type looks like, and the hash that tells it from others of its name, as REP-2011 and
-//! REP-2016 have them.
+//! Type descriptions and type hashes (REP-2011, REP-2016).
+//!
+//! The hash of a type distinguishes it from types with the same name but different fields.
 
 use std::collections::BTreeMap;
 
@@ -10,61 +11,75 @@ use crate::{
     error::DefinitionError,
 };
 
-/// The definitions of some packages, by which types are described.
+/// A set of interface definitions that provides the description of each defined type.
+///
+/// # Examples
+///
+/// ```
+/// use rosidl::Definitions;
+///
+/// let definitions = Definitions::new([("my_msgs/srv/Ping", "---\nbool success")])?;
+/// let request = definitions.describe("my_msgs/srv/Ping_Request").expect("the type is defined");
+/// assert_eq!(request.main.fields[0].name, "structure_needs_at_least_one_member");
+///
+/// // The event message of a service uses a type from another package, which is not in this set.
+/// assert_eq!(definitions.describe("my_msgs/srv/Ping"), None);
+/// # Ok::<(), rosidl::DefinitionError>(())
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Definitions(BTreeMap<String, Type>);
 
-/// A type by itself, and where it comes from.
+/// The description of a type, without the types that it references, and the source of the type.
 #[derive(Clone, Debug)]
 struct Type {
     description: IndividualDescription,
     source: Source,
 }
 
-/// A type by itself.
+/// The description of a type, without the types that it references.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IndividualDescription {
-    /// The full name, such as `std_msgs/msg/Header`.
+    /// The full name, e.g. `std_msgs/msg/Header`.
     pub type_name: String,
-    /// The fields, in their order.
+    /// The fields, in definition order.
     pub fields: Vec<Field>,
 }
 
-/// A type and those that it stands on.
+/// The description of a type and of all types that it references, directly or indirectly.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Described {
-    /// The type.
+    /// The described type.
     pub main: IndividualDescription,
-    /// Those that it stands on, by their names.
+    /// The referenced types, sorted by name.
     pub referenced: Vec<IndividualDescription>,
-    /// What the type was defined by, then the others.
+    /// The source of the described type, followed by the sources of the referenced types.
     pub sources: Vec<Source>,
 }
 
-/// What a type was defined by.
+/// The definition text of a type.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Source {
     /// The full name of the type.
     pub type_name: String,
-    /// How the definition is written.
+    /// The format of the definition.
     pub encoding: SourceEncoding,
-    /// The definition; empty if it is implicit.
+    /// The text of the definition; empty for an implicit definition.
     pub text: String,
 }
 
-/// How a definition is written.
+/// The format of a definition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SourceEncoding {
-    /// As a `.msg` file.
+    /// A `.msg` file.
     Msg,
-    /// As a `.srv` file.
+    /// A `.srv` file.
     Srv,
-    /// Not at all: the request, the response or the event of a service.
+    /// No file: the request, response or event message of a service, implied by its `.srv` file.
     Implicit,
 }
 
 impl SourceEncoding {
-    /// As `type_description_interfaces/msg/TypeSource` names it.
+    /// Returns the name used by `type_description_interfaces/msg/TypeSource`.
     pub fn name(self) -> &'static str {
         match self {
             SourceEncoding::Msg => "msg",
@@ -75,25 +90,28 @@ impl SourceEncoding {
 }
 
 impl Definitions {
-    /// These definitions: full names, such as `std_msgs/msg/Header`, and texts.
+    /// Parses definitions. Each is a pair of a full name, e.g. `std_msgs/msg/Header`, and the text
+    /// of the definition.
     ///
     /// # Errors
     ///
-    /// A name or a text is none of a definition.
+    /// Returns [`DefinitionError`] if a name or a definition is invalid.
     pub fn new<'a>(
         definitions: impl IntoIterator<Item = (&'a str, &'a str)>,
     ) -> Result<Definitions, DefinitionError> {
         let mut types = BTreeMap::new();
         for (name, text) in definitions {
-            for described in types_of(name, text)? {
-                types.insert(described.description.type_name.clone(), described);
+            for r#type in types_of(name, text)? {
+                types.insert(r#type.description.type_name.clone(), r#type);
             }
         }
         Ok(Definitions(types))
     }
 
-    /// The description of the type with this full name, such as `std_msgs/msg/Header` or
-    /// `my_msgs/srv/Move_Request`; none if it, or one that it stands on, is not defined here.
+    /// Returns the description of a type by its full name, e.g. `std_msgs/msg/Header` or
+    /// `my_msgs/srv/Move_Request`.
+    ///
+    /// Returns `None` if the type, or a type that it references, is not defined in this set.
     pub fn describe(&self, full_name: &str) -> Option<Described> {
         let main = &self.0.get(full_name)?.description;
         let mut referenced = BTreeMap::new();
@@ -114,21 +132,22 @@ impl Definitions {
     }
 }
 
-/// The types that a definition makes: a message, or a service with its three messages.
+/// Returns the types that a definition declares: a message, or a service and its three messages.
 fn types_of(name: &str, text: &str) -> Result<Vec<Type>, DefinitionError> {
     let parts: Vec<&str> = name.split('/').collect();
-    let described = |type_name: String, part: Definition, encoding, text: &str| Type {
+    let make_type = |type_name: String, part: Definition, encoding, text: &str| Type {
         source: Source { type_name: type_name.clone(), encoding, text: text.to_owned() },
         description: IndividualDescription { type_name, fields: part.fields },
     };
     match parts[..] {
         [package, "msg", _] => {
             let parts = Definition::parse(package, text)?.into_iter();
-            let message = |part| described(name.to_owned(), part, SourceEncoding::Msg, text);
+            let message = |part| make_type(name.to_owned(), part, SourceEncoding::Msg, text);
             Ok(parts.map(message).collect())
         }
         [package, "srv", _] => {
-            // To what is written rosidl adds the service itself, and what its introspection publishes.
+            // rosidl describes a service as a type with three fields, and adds the event message
+            // that service introspection publishes.
             let whole = format!(
                 "{name}_Request request_message\n\
                  {name}_Response response_message\n\
@@ -143,8 +162,8 @@ fn types_of(name: &str, text: &str) -> Result<Vec<Type>, DefinitionError> {
             let parts = Definition::parse(package, &whole)?;
             let suffixes = ["", "_Request", "_Response", "_Event"];
             let types = suffixes.into_iter().zip(parts).map(|(suffix, part)| match suffix {
-                "" => described(name.to_owned(), part, SourceEncoding::Srv, text),
-                _ => described(format!("{name}{suffix}"), part, SourceEncoding::Implicit, ""),
+                "" => make_type(name.to_owned(), part, SourceEncoding::Srv, text),
+                _ => make_type(format!("{name}{suffix}"), part, SourceEncoding::Implicit, ""),
             });
             Ok(types.collect())
         }
@@ -152,14 +171,15 @@ fn types_of(name: &str, text: &str) -> Result<Vec<Type>, DefinitionError> {
     }
 }
 
-/// The full names of the types of a type's fields.
+/// Returns the full names of the message types that the fields use.
 fn nested(description: &IndividualDescription) -> impl Iterator<Item = &str> {
     let names = description.fields.iter().map(|field| field.r#type.nested_type_name());
     names.filter(|name| !name.is_empty())
 }
 
 impl Described {
-    /// The hash of the description: `RIHS01_`, then SHA-256 in 64 hexadecimal digits.
+    /// Returns the type hash: `RIHS01_`, followed by the SHA-256 of the description as 64
+    /// hexadecimal digits.
     pub fn hash(&self) -> String {
         let referenced = joined(&self.referenced, json_of_type);
         let json = format!(
@@ -172,8 +192,9 @@ impl Described {
     }
 }
 
-// What is hashed is JSON as Python writes it, which serde_json does not: with a blank after each
-// comma and colon. The names in it are letters, digits, `_` and `/`: nothing is to be escaped.
+// The hash is computed over JSON as Python formats it, with a space after each comma and colon;
+// serde_json does not write these spaces. Names contain only letters, digits, `_` and `/`, so no
+// escaping is needed.
 
 fn json_of_type(description: &IndividualDescription) -> String {
     let IndividualDescription { type_name, fields } = description;
@@ -181,7 +202,7 @@ fn json_of_type(description: &IndividualDescription) -> String {
     format!(r#"{{"type_name": "{type_name}", "fields": [{fields}]}}"#)
 }
 
-/// Default values are left out of the hash: who sends and who receives need not agree on them.
+/// Omits the default value: it does not affect the wire format, so it is not part of the hash.
 fn json_of_field(field: &Field) -> String {
     let r#type = &field.r#type;
     format!(

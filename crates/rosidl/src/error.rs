@@ -1,65 +1,63 @@
-//! What can be wrong with definitions.
+//! Errors in definitions and code generation.
 
 use std::{io, path::PathBuf};
 
 use thiserror::Error;
 
-/// Why a text is no definition.
+/// The error returned for an invalid definition.
 #[derive(Debug, Error, PartialEq, Eq)]
 pub enum DefinitionError {
-    /// The size of an array or of a string is no number.
-    #[error("'{written}' has the size '{size}': expected a whole number")]
+    /// The size of an array, a sequence or a string is not a whole number.
+    #[error("invalid size '{size}' in type '{type_name}' (expected: a whole number)")]
     Size {
-        /// The type.
-        written: String,
-        /// Its size.
+        /// The type as written in the definition.
+        type_name: String,
+        /// The invalid size.
         size: String,
     },
     /// A line is neither a field nor a constant.
-    #[error("'{0}' is neither a field, TYPE NAME, nor a constant, TYPE NAME=VALUE")]
+    #[error("invalid line '{0}' (expected: field TYPE NAME or constant TYPE NAME=VALUE)")]
     Line(String),
-    /// A name has no package or kind.
-    #[error("'{0}' is no name of a type: expected PACKAGE/msg/NAME or PACKAGE/srv/NAME")]
+    /// A full type name does not consist of a package, a kind (`msg` or `srv`) and a name.
+    #[error("invalid type name '{0}' (expected: PACKAGE/msg/NAME or PACKAGE/srv/NAME)")]
     Name(String),
 }
 
-/// Why nothing is written.
+/// The error returned if code generation fails.
 #[derive(Debug, Error)]
 pub enum GenerateError {
     /// A directory or a file cannot be read or written.
     #[error("{path}: {source}")]
     File {
-        /// Which.
+        /// The path of the directory or file.
         path: PathBuf,
-        /// Why not.
+        /// The I/O error.
         source: io::Error,
     },
-    /// A definition is wrong.
+    /// A definition is invalid.
     #[error("{name}: {source}")]
     Definition {
-        /// The full name of what it defines.
+        /// The full name of the defined message or service.
         name: String,
-        /// What is wrong with it.
+        /// The error in the definition.
         source: DefinitionError,
     },
-    /// A type that a field has is not defined.
-    #[error(
-        "{name}: its field '{field}' is a {missing}, which is not defined: is its package missing?"
-    )]
+    /// The type of a field is not defined.
+    #[error("{name}: field '{field}' has the undefined type {missing} (add its package)")]
     Missing {
         /// The full name of the message.
         name: String,
-        /// The field.
+        /// The name of the field.
         field: String,
-        /// The full name of the type.
+        /// The full name of the undefined type.
         missing: String,
     },
-    /// Something that is in the language, but not written as Rust.
-    #[error("{name}: '{what}' is not supported")]
+    /// A definition contains a valid construct for which this crate cannot generate Rust code.
+    #[error("{name}: '{construct}' is not supported")]
     Unsupported {
         /// The full name of the message.
         name: String,
-        /// What is not.
-        what: String,
+        /// The unsupported construct.
+        construct: String,
     },
 }

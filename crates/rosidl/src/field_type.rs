@@ -1,40 +1,40 @@
-//! The type of a field.
+//! Field types.
 
 use crate::error::DefinitionError;
 
-/// The type of a field: an element, once or repeated.
+/// The type of a field: the element type and the number of elements.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FieldType {
-    /// What is repeated.
+    /// The type of one element.
     pub element: Element,
-    /// How often.
+    /// The number of elements, or their maximum number.
     pub repetition: Repetition,
 }
 
-/// What a field holds, once or repeated.
+/// The type of one element of a field.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Element {
-    /// A number, a truth value or a byte.
+    /// A number, a boolean or a byte.
     Primitive(Primitive),
-    /// Text with an optional maximum number of characters.
+    /// A string.
     Text {
-        /// The bound.
+        /// The maximum number of characters, if the string is bounded.
         bound: Option<u64>,
-        /// Whether it is of 16-bit characters.
+        /// Whether the characters are 16 bits wide (`wstring`).
         wide: bool,
     },
-    /// A message, by its full name, such as `std_msgs/msg/Header`.
+    /// A message, identified by its full name, e.g. `std_msgs/msg/Header`.
     Message(String),
 }
 
-/// A type of fixed size.
+/// A primitive type of fixed size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "named as in the definitions")]
 pub enum Primitive {
     Bool,
     Byte,
     Int8,
-    /// Also ROS 1's `char`, as rosidl takes it.
+    /// Also `char`, which rosidl maps to `uint8`.
     Uint8,
     Int16,
     Uint16,
@@ -46,39 +46,39 @@ pub enum Primitive {
     Float64,
 }
 
-/// How often an element stands in a field.
+/// The number of elements in a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Repetition {
-    /// Once.
+    /// One element.
     Single,
-    /// `TYPE[N]`: N times.
+    /// `TYPE[N]`: an array of N elements.
     Array(u64),
-    /// `TYPE[<=N]`: at most N times.
+    /// `TYPE[<=N]`: a sequence of at most N elements.
     Bounded(u64),
-    /// `TYPE[]`: any number of times.
+    /// `TYPE[]`: a sequence of any length.
     Unbounded,
 }
 
 impl FieldType {
-    /// The type that a definition of a package writes so, such as `uint8[]`, `string<=10` or
-    /// `Pose[<=3]`.
+    /// Parses a type as written in a definition, e.g. `uint8[]`, `string<=10` or `Pose[<=3]`.
+    ///
+    /// A message name without a package refers to a message in `package`.
     ///
     /// # Errors
     ///
-    /// A size is no number.
-    pub fn parse(package: &str, written: &str) -> Result<FieldType, DefinitionError> {
-        let (element, repetition) = match written.strip_suffix(']').and_then(|w| w.split_once('['))
-        {
-            None => (written, Repetition::Single),
+    /// Returns [`DefinitionError::Size`] if a size is not a whole number.
+    pub fn parse(package: &str, text: &str) -> Result<FieldType, DefinitionError> {
+        let (element, repetition) = match text.strip_suffix(']').and_then(|t| t.split_once('[')) {
+            None => (text, Repetition::Single),
             Some((element, "")) => (element, Repetition::Unbounded),
             Some((element, size)) => match size.strip_prefix("<=") {
-                None => (element, Repetition::Array(number(written, size)?)),
-                Some(bound) => (element, Repetition::Bounded(number(written, bound)?)),
+                None => (element, Repetition::Array(parse_size(text, size)?)),
+                Some(bound) => (element, Repetition::Bounded(parse_size(text, bound)?)),
             },
         };
         let (name, bound) = match element.split_once("<=") {
             None => (element, None),
-            Some((name, bound)) => (name, Some(number(written, bound)?)),
+            Some((name, bound)) => (name, Some(parse_size(text, bound)?)),
         };
         let element = match name {
             "bool" => Element::Primitive(Primitive::Bool),
@@ -104,7 +104,7 @@ impl FieldType {
         Ok(FieldType { element, repetition })
     }
 
-    /// The number of the type in `type_description_interfaces/msg/FieldType`.
+    /// Returns the type ID, one of the constants in `type_description_interfaces/msg/FieldType`.
     pub fn id(&self) -> u8 {
         let element = match &self.element {
             Element::Message(_) => 1,
@@ -114,7 +114,7 @@ impl FieldType {
             Element::Text { bound: Some(_), wide: false } => 21,
             Element::Text { bound: Some(_), wide: true } => 22,
         };
-        // ROS has a constant for each sum.
+        // FieldType.msg adds these offsets to the ID of the element type.
         element
             + match self.repetition {
                 Repetition::Single => 0,
@@ -124,7 +124,7 @@ impl FieldType {
             }
     }
 
-    /// The length of an array or the greatest length of a bounded sequence, otherwise 0.
+    /// Returns the length of an array or the maximum length of a bounded sequence, and 0 otherwise.
     pub fn capacity(&self) -> u64 {
         match self.repetition {
             Repetition::Array(size) | Repetition::Bounded(size) => size,
@@ -132,7 +132,7 @@ impl FieldType {
         }
     }
 
-    /// The greatest length of a bounded string, otherwise 0.
+    /// Returns the maximum length of a bounded string in characters, and 0 otherwise.
     pub fn string_capacity(&self) -> u64 {
         match self.element {
             Element::Text { bound, .. } => bound.unwrap_or(0),
@@ -140,7 +140,7 @@ impl FieldType {
         }
     }
 
-    /// The full name of the message that the field holds, otherwise empty.
+    /// Returns the full name of the message type, or an empty string for other types.
     pub fn nested_type_name(&self) -> &str {
         match &self.element {
             Element::Message(name) => name,
@@ -168,8 +168,9 @@ impl Primitive {
     }
 }
 
-fn number(written: &str, digits: &str) -> Result<u64, DefinitionError> {
-    digits
-        .parse()
-        .map_err(|_| DefinitionError::Size { written: written.to_owned(), size: digits.to_owned() })
+fn parse_size(type_name: &str, size: &str) -> Result<u64, DefinitionError> {
+    size.parse().map_err(|_| DefinitionError::Size {
+        type_name: type_name.to_owned(),
+        size: size.to_owned(),
+    })
 }

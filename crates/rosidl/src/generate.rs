@@ -1,13 +1,18 @@
-//! Writes the types of packages as Rust, for a build script to put into `OUT_DIR`.
+//! Generates Rust types from the definitions in ROS packages, for use in a build script.
 //!
-//! A message `my_msgs/msg/Blob` becomes the struct `Blob`, a service `my_msgs/srv/Move` the marker `Move`
-//! and the module `move` with `Request` and `Response`. Each is nothing but its fields in the order of
-//! the definition: CDR has no names on the wire, so the order is the format. Comments become
-//! documentation, constants associated constants.
+//! The message `my_msgs/msg/Blob` becomes the struct `Blob`. The service `my_msgs/srv/SetMode`
+//! becomes the marker type `SetMode` and the module `set_mode` with the structs `Request` and
+//! `Response`.
+//! Each struct has exactly the fields of the definition, in the same order: CDR transmits no field
+//! names, so the order of the fields determines the wire format. Comments become documentation, and
+//! constants become associated constants.
 //!
-//! What is written needs in its crate `serde` with `derive`, for arrays of more than 32 elements
-//! `serde-big-array`, and at the root of [`Generator::traits_of`] the traits `Message`, `RosMessage`
-//! and `RosService`.
+//! The crate that includes the generated code needs
+//!
+//! - `serde` with the feature `derive`,
+//! - `serde-big-array` if an array has more than 32 elements, and
+//! - the traits `Message`, `RosMessage` and `RosService` at the path given to
+//!   [`Generator::traits_of`].
 
 use std::{
     collections::BTreeMap,
@@ -22,7 +27,25 @@ use crate::{
     rust::{self, Types},
 };
 
-/// Packages to write as Rust, and those that they stand on.
+/// A generator of Rust types for a set of packages.
+///
+/// # Examples
+///
+/// In the build script of a crate that includes the result with
+/// `include!(concat!(env!("OUT_DIR"), "/interfaces.rs"))`:
+///
+/// ```no_run
+/// use std::{env, path::Path};
+///
+/// use rosidl::generate::Generator;
+///
+/// let out = env::var_os("OUT_DIR").expect("Cargo sets OUT_DIR for build scripts");
+/// Generator::traits_of("::ros_interfaces")
+///     .dependency("std_msgs", Path::new("interfaces/std_msgs"), "::ros_interfaces::std_msgs")?
+///     .package("my_msgs", Path::new("."), "crate")?
+///     .write(&Path::new(&out).join("interfaces.rs"))?;
+/// # Ok::<(), rosidl::GenerateError>(())
+/// ```
 #[derive(Debug, Default)]
 pub struct Generator {
     traits: String,
@@ -30,7 +53,7 @@ pub struct Generator {
     types: Types,
 }
 
-/// A definition that is to be written.
+/// A parsed definition file.
 #[derive(Debug)]
 struct File {
     package: String,
@@ -51,17 +74,18 @@ impl File {
 }
 
 impl Generator {
-    /// Nothing yet. `traits` is the Rust path where `Message`, `RosMessage` and `RosService` are.
+    /// Creates a generator without packages. `traits` is the Rust path of the module that contains
+    /// the traits `Message`, `RosMessage` and `RosService`.
     pub fn traits_of(traits: &str) -> Generator {
         Generator { traits: traits.to_owned(), ..Generator::default() }
     }
 
-    /// Adds a package to write. `directory` holds `msg/` or `srv/` or both, and `module` is the Rust path
-    /// that the text will be included at.
+    /// Adds a package for which to generate types. `directory` contains `msg/`, `srv/` or both, and
+    /// `module` is the Rust path of the module that includes the generated code.
     ///
     /// # Errors
     ///
-    /// A file cannot be read, or is no definition.
+    /// Returns an error if a file cannot be read or is not a valid definition.
     pub fn package(
         mut self,
         name: &str,
@@ -73,11 +97,12 @@ impl Generator {
         Ok(self)
     }
 
-    /// Adds a package whose types are in another crate, at the Rust path `module`.
+    /// Adds a package whose types already exist at the Rust path `module`, so that fields can use
+    /// them.
     ///
     /// # Errors
     ///
-    /// As [`package`](Self::package).
+    /// Returns an error if a file cannot be read or is not a valid definition.
     pub fn dependency(
         mut self,
         name: &str,
@@ -88,7 +113,7 @@ impl Generator {
         Ok(self)
     }
 
-    /// Reads a package and notes the Rust paths of its messages.
+    /// Reads a package and registers the Rust paths of its messages.
     fn read(
         &mut self,
         name: &str,
@@ -105,42 +130,44 @@ impl Generator {
         Ok(files)
     }
 
-    /// Writes the types of all packages, and `DEFINITIONS`, the full names and texts of their
-    /// definitions, to a file in `OUT_DIR`. Each package is a module if there are several.
+    /// Writes the types of all packages to a file, followed by the constant `DEFINITIONS`, which
+    /// holds the full name and the text of every definition. If there are several packages, each
+    /// becomes a module.
     ///
     /// # Errors
     ///
-    /// A type is missing or not supported, or the file cannot be written.
-    pub fn write(&self, to: &Path) -> Result<(), GenerateError> {
+    /// Returns an error if the type of a field is undefined or not supported, or if the file cannot
+    /// be written.
+    pub fn write(&self, path: &Path) -> Result<(), GenerateError> {
         let mut packages: BTreeMap<&str, Vec<&File>> = BTreeMap::new();
         for file in &self.files {
             packages.entry(&file.package).or_default().push(file);
         }
         let mut text = String::new();
-        let is_only = packages.len() == 1;
+        let is_single = packages.len() == 1;
         for (package, files) in &packages {
             let mut types = String::new();
             for file in files {
                 types += &self.types_of(file)?;
             }
-            match is_only {
+            match is_single {
                 true => text += &types,
                 false => {
                     let _ = write!(
                         text,
-                        "/// Messages of the ROS package `{package}`.\npub mod {package} {{\n{types}}}\n\n"
+                        "/// Interfaces of the ROS package `{package}`.\npub mod {package} {{\n{types}}}\n\n"
                     );
                 }
             }
         }
-        text += "/// Full name and text of every definition.\n";
+        text += "/// The full name and text of every definition.\n";
         text += "pub const DEFINITIONS: &[(&str, &str)] = &[\n";
         for file in packages.values().flatten() {
-            let path = fs::canonicalize(&file.path).map_err(|e| file_error(&file.path, e))?;
-            let _ = writeln!(text, "    ({:?}, include_str!({path:?})),", file.full_name());
+            let source = fs::canonicalize(&file.path).map_err(|e| file_error(&file.path, e))?;
+            let _ = writeln!(text, "    ({:?}, include_str!({source:?})),", file.full_name());
         }
         text += "];\n";
-        fs::write(to, text).map_err(|error| file_error(to, error))
+        fs::write(path, text).map_err(|error| file_error(path, error))
     }
 
     fn types_of(&self, file: &File) -> Result<String, GenerateError> {
@@ -153,7 +180,7 @@ impl Generator {
             }
             return Ok(text);
         }
-        let module = rust::snake_case(name);
+        let module = rust::identifier(&rust::snake_case(name));
         let traits = &self.traits;
         let _ = write!(
             text,
@@ -166,13 +193,13 @@ impl Generator {
              type Request = {module}::Request;\n\
              type Response = {module}::Response;\n\
              }}\n\n\
-             /// What is asked of [`{name}`], and what it answers.\n\
+             /// The request and response of [`{name}`].\n\
              pub mod {module} {{\n",
             file.package
         );
-        for (half, part) in ["Request", "Response"].into_iter().zip(&file.parts) {
-            text += &self.structure(&format!("{full_name}_{half}"), half, part)?;
-            let _ = write!(text, "impl {traits}::Message for {half} {{}}\n\n");
+        for (role, part) in ["Request", "Response"].into_iter().zip(&file.parts) {
+            text += &self.structure(&format!("{full_name}_{role}"), role, part)?;
+            let _ = write!(text, "impl {traits}::Message for {role} {{}}\n\n");
         }
         text += "}\n\n";
         Ok(text)
@@ -190,7 +217,7 @@ impl Generator {
         )
     }
 
-    /// A struct with its constants.
+    /// Returns a struct, its constants and, if `Default` cannot be derived, an `impl Default`.
     fn structure(
         &self,
         full_name: &str,
@@ -226,7 +253,7 @@ impl Generator {
             for field in &part.fields {
                 let value = rust::default(field).ok_or_else(|| GenerateError::Unsupported {
                     name: full_name.to_owned(),
-                    what: format!("{} = {}", field.name, field.default),
+                    construct: format!("{} = {}", field.name, field.default),
                 })?;
                 let _ = writeln!(text, "{}: {value},", rust::identifier(&field.name));
             }
@@ -246,11 +273,12 @@ impl Generator {
     }
 }
 
+/// Returns the lines of a comment as a doc comment.
 fn documentation(comment: &[String]) -> String {
     comment.iter().map(|line| format!("/// {line}\n")).collect()
 }
 
-/// The definitions of a package, by their names.
+/// Reads the definitions of a package: messages first, then services, each sorted by name.
 fn read_package(package: &str, directory: &Path) -> Result<Vec<File>, GenerateError> {
     let mut files = Vec::new();
     for kind in ["msg", "srv"] {
@@ -291,23 +319,23 @@ mod tests {
             fs::create_dir_all(path.parent().unwrap()).unwrap();
             fs::write(path, text).unwrap();
         }
-        let to = directory.path().join("interfaces.rs");
+        let output = directory.path().join("interfaces.rs");
         let generator =
             Generator::traits_of("crate").package("our_msgs", directory.path(), "crate")?;
-        generator.write(&to)?;
-        Ok(fs::read_to_string(to).unwrap())
+        generator.write(&output)?;
+        Ok(fs::read_to_string(output).unwrap())
     }
 
     #[test]
     fn a_message_becomes_a_struct_with_its_comments_and_constants() {
         let text = generated(&[
-            ("msg/Blob.msg", "# A blob.\n\n# None.\nuint8 NONE=0\n# How big, in metres.\nfloat32 size 1\nuint8[] type\n"),
+            ("msg/Blob.msg", "# A blob.\n\n# None.\nuint8 NONE=0\n# The size, in metres.\nfloat32 size 1\nuint8[] type\n"),
             ("msg/Pair.msg", "Blob[2] blobs\nfloat64[36] covariance\n"),
             ("msg/Id.msg", "char[16] data"),
         ]).unwrap();
         for expected in [
             "/// `our_msgs/msg/Blob`.\n///\n/// A blob.\n#[derive(Clone, Debug, PartialEq, ::serde::",
-            "/// How big, in metres.\npub size: f32,\npub r#type: ::std::vec::Vec<u8>,",
+            "/// The size, in metres.\npub size: f32,\npub r#type: ::std::vec::Vec<u8>,",
             "size: 1.0,\nr#type: ::std::default::Default::default(),",
             "/// None.\npub const NONE: u8 = 0;",
             "pub blobs: [crate::Blob; 2],\n#[serde(with = \"::serde_big_array::BigArray\")]\npub covariance: [f64; 36],",
@@ -315,12 +343,25 @@ mod tests {
             "#[derive(Clone, Debug, PartialEq, Copy, Eq, PartialOrd, Ord, Hash, Default, ::serde::Serialize",
             "(\"our_msgs/msg/Blob\", include_str!(",
         ] {
-            assert!(text.contains(expected), "{expected}\nis not in\n{text}");
+            assert!(text.contains(expected), "missing: {expected}\nin: {text}");
         }
     }
 
     #[test]
-    fn a_service_becomes_a_marker_and_a_module() {
+    fn keywords_become_valid_identifiers() {
+        let text = generated(&[("srv/Move.srv", "bool self\nint32 static\t7\n---\n")]).unwrap();
+        for expected in [
+            "type Request = r#move::Request;",
+            "pub mod r#move {",
+            "pub self_: bool,\npub r#static: i32,",
+            "r#static: 7,",
+        ] {
+            assert!(text.contains(expected), "missing: {expected}\nin: {text}");
+        }
+    }
+
+    #[test]
+    fn a_service_becomes_a_marker_type_and_a_module() {
         let text =
             generated(&[("srv/MoveIt.srv", "bool on true\n---\nuint8 OK=0\nstring message\n")])
                 .unwrap();
@@ -332,17 +373,17 @@ mod tests {
             "impl Response {\npub const OK: u8 = 0;",
             "impl crate::Message for Response {}",
         ] {
-            assert!(text.contains(expected), "{expected}\nis not in\n{text}");
+            assert!(text.contains(expected), "missing: {expected}\nin: {text}");
         }
     }
 
     #[test]
-    fn a_type_that_is_not_defined_is_named() {
+    fn an_undefined_field_type_is_an_error() {
         let error = generated(&[("msg/A.msg", "std_msgs/Header header")]).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "our_msgs/msg/A: its field 'header' is a std_msgs/msg/Header, which is not defined: is its \
-             package missing?"
+            "our_msgs/msg/A: field 'header' has the undefined type std_msgs/msg/Header (add its \
+             package)"
         );
     }
 }

@@ -1,10 +1,11 @@
-//! ROS interface definitions: the language of `.msg` and `.srv` files
+//! ROS interface definitions: `.msg` and `.srv` files
 //! (<https://docs.ros.org/en/jazzy/Concepts/Basic/About-Interfaces.html>).
 //!
-//! - [`definition`]: reads a file: its fields, constants and comments.
-//! - [`description`]: what a type looks like to other nodes, and the hash that tells it from others of
-//!   its name (REP-2011, REP-2016).
-//! - [`generate`]: writes the types of a package as Rust, for a build script.
+//! - [`definition`]: parses the fields, constants and comments of a file.
+//! - [`description`]: computes type descriptions and type hashes (REP-2011, REP-2016).
+//! - [`generate`]: generates the Rust types of a package in a build script.
+//!
+//! # Examples
 //!
 //! ```
 //! use rosidl::{Definition, Definitions};
@@ -14,7 +15,7 @@
 //! assert_eq!(message.fields[1].name, "data");
 //!
 //! let definitions = Definitions::new([("my_msgs/msg/Blob", "uint8[] data")])?;
-//! let described = definitions.describe("my_msgs/msg/Blob").expect("it was just defined");
+//! let described = definitions.describe("my_msgs/msg/Blob").expect("the type is defined");
 //! assert!(described.hash().starts_with("RIHS01_"));
 //! # Ok::<(), rosidl::DefinitionError>(())
 //! ```

@@ -1,4 +1,4 @@
-//! Types and values of definitions as Rust writes them.
+//! Rust syntax for the types and values in definitions.
 
 use std::collections::BTreeMap;
 
@@ -8,19 +8,19 @@ use crate::{
     field_type::{Element, FieldType, Primitive, Repetition},
 };
 
-/// Serde and `Default` know arrays up to this length.
-const LONGEST_PLAIN_ARRAY: u64 = 32;
+/// The maximum length of arrays that implement `Default` and the serde traits.
+const MAX_PLAIN_ARRAY: u64 = 32;
 
-/// The messages that there are, by their full names: their Rust paths and fields.
+/// The known messages: maps each full name to the Rust path and the fields.
 #[derive(Debug, Default)]
 pub(crate) struct Types(BTreeMap<String, (String, Vec<Field>)>);
 
-/// What can be derived for a message.
+/// The traits that can be derived for a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Traits {
     pub(crate) is_copy: bool,
     pub(crate) is_eq: bool,
-    /// Whether the default of each field is that of its type.
+    /// Whether `Default` can be derived: every field defaults to the default of its Rust type.
     pub(crate) has_plain_default: bool,
 }
 
@@ -29,7 +29,7 @@ impl Types {
         self.0.insert(full_name, (path, fields));
     }
 
-    /// What can be derived for a message with these fields.
+    /// Returns the traits that can be derived for a message with these fields.
     pub(crate) fn traits_of(
         &self,
         full_name: &str,
@@ -42,8 +42,10 @@ impl Types {
                 Element::Primitive(Primitive::Float32 | Primitive::Float64) => traits.is_eq = false,
                 Element::Primitive(_) => {}
                 Element::Text { wide: true, .. } => {
-                    let what = format!("wstring {}", field.name);
-                    return Err(GenerateError::Unsupported { name: full_name.to_owned(), what });
+                    return Err(GenerateError::Unsupported {
+                        name: full_name.to_owned(),
+                        construct: format!("wstring {}", field.name),
+                    });
                 }
                 Element::Text { .. } => traits.is_copy = false,
                 Element::Message(nested) => {
@@ -59,14 +61,14 @@ impl Types {
                 }
             }
             traits.is_copy &= matches!(repetition, Repetition::Single | Repetition::Array(_));
-            // What a definition says may be what the type has anyway.
+            // An explicit default can equal the default of the Rust type.
             let is_plain = matches!(field.default.as_str(), "" | "0" | "false");
             traits.has_plain_default &= is_plain && !is_big_array(&field.r#type);
         }
         Ok(traits)
     }
 
-    /// The Rust type of a field, all of whose messages are known.
+    /// Returns the Rust type of a field. If it is a message, the message must be known.
     pub(crate) fn rust(&self, r#type: &FieldType) -> String {
         let element = match &r#type.element {
             Element::Primitive(primitive) => primitive.rust().to_owned(),
@@ -101,17 +103,17 @@ impl Primitive {
     }
 }
 
-/// Whether serde needs help with an array.
+/// Returns whether a field needs `serde_big_array`.
 pub(crate) fn is_big_array(r#type: &FieldType) -> bool {
-    matches!(r#type.repetition, Repetition::Array(size) if size > LONGEST_PLAIN_ARRAY)
+    matches!(r#type.repetition, Repetition::Array(size) if size > MAX_PLAIN_ARRAY)
 }
 
-/// The default value of a field; none if it cannot be written.
+/// Returns the default value of a field as a Rust expression, or `None` if it is not supported.
 pub(crate) fn default(field: &Field) -> Option<String> {
     const PLAIN: &str = "::std::default::Default::default()";
     let FieldType { element, repetition } = &field.r#type;
     match (field.default.as_str(), element, repetition) {
-        ("", _, Repetition::Array(size)) if *size > LONGEST_PLAIN_ARRAY => {
+        ("", _, Repetition::Array(size)) if *size > MAX_PLAIN_ARRAY => {
             Some(format!("[{PLAIN}; {size}]"))
         }
         ("", ..) => Some(PLAIN.to_owned()),
@@ -125,7 +127,7 @@ pub(crate) fn default(field: &Field) -> Option<String> {
     }
 }
 
-/// The type and the value of a constant.
+/// Returns the Rust type and value of a constant.
 pub(crate) fn constant(r#type: &FieldType, value: &str) -> (&'static str, String) {
     match r#type.element {
         Element::Primitive(primitive) => (primitive.rust(), number(primitive, value)),
@@ -133,6 +135,7 @@ pub(crate) fn constant(r#type: &FieldType, value: &str) -> (&'static str, String
     }
 }
 
+/// Returns a number or boolean as a Rust literal.
 fn number(primitive: Primitive, value: &str) -> String {
     match primitive {
         Primitive::Bool => value.to_lowercase(),
@@ -143,21 +146,31 @@ fn number(primitive: Primitive, value: &str) -> String {
     }
 }
 
+/// Removes the quotes around a string.
 fn unquoted(value: &str) -> &str {
     let inner = |quote| value.strip_prefix(quote).and_then(|value: &str| value.strip_suffix(quote));
     inner('"').or_else(|| inner('\'')).unwrap_or(value)
 }
 
-/// A field's name, which may be a word of Rust's.
+/// Returns the name of a field or module as a Rust identifier. Keywords become raw identifiers;
+/// `crate`, `self` and `super`, which cannot be raw, get a trailing underscore.
 pub(crate) fn identifier(name: &str) -> String {
-    const KEYWORDS: [&str; 16] = [
-        "as", "box", "const", "fn", "for", "if", "in", "let", "loop", "match", "mod", "move",
-        "ref", "type", "use", "where",
+    // The Rust Reference, "Keywords": strict and reserved keywords of edition 2024.
+    const KEYWORDS: [&str; 48] = [
+        "abstract", "as", "async", "await", "become", "box", "break", "const", "continue", "do",
+        "dyn", "else", "enum", "extern", "false", "final", "fn", "for", "gen", "if", "impl", "in",
+        "let", "loop", "macro", "match", "mod", "move", "mut", "override", "priv", "pub", "ref",
+        "return", "static", "struct", "trait", "true", "try", "type", "typeof", "unsafe",
+        "unsized", "use", "virtual", "where", "while", "yield",
     ];
-    if KEYWORDS.contains(&name) { format!("r#{name}") } else { name.to_owned() }
+    match name {
+        "crate" | "self" | "super" => format!("{name}_"),
+        _ if KEYWORDS.contains(&name) => format!("r#{name}"),
+        _ => name.to_owned(),
+    }
 }
 
-/// `GetTypeDescription` as `get_type_description`.
+/// Converts a name to snake case, e.g. `GetTypeDescription` to `get_type_description`.
 pub(crate) fn snake_case(name: &str) -> String {
     let mut text = String::new();
     for letter in name.chars() {

@@ -1,28 +1,38 @@
-//! Random numbers that are the same on every machine and with every version of every dependency.
+//! Random numbers that are identical on every machine and with every version of the dependencies.
 
 use std::f64::consts::TAU;
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// A stream of random numbers that is a function of its key.
+/// A stream of random numbers that depends only on its key.
 ///
-/// ChaCha is specified, and so is the way from its words to the numbers here: ranges and
-/// distributions of crates may change their values from one version to the next, and take logarithms
-/// and exponentials from `std`, whose last bits depend on the platform. Here they come from libm.
+/// The words come from ChaCha8. This type converts them to numbers itself, because the range and
+/// distribution types of the `rand` crates may return different values in different versions. The
+/// logarithm and cosine in `std` differ in their last bits between platforms, so this type uses
+/// those in libm.
+///
+/// # Examples
 ///
 /// ```
 /// use task::Random;
 ///
-/// let (mut one, mut same) = (Random::from_key([7, 0, 0, 0]), Random::from_key([7, 0, 0, 0]));
-/// assert_eq!(one.normal(1.0).to_bits(), same.normal(1.0).to_bits());
-/// assert!((0.0..1.0).contains(&one.uniform()) && one.below(6) < 6);
+/// let mut random = Random::from_key([7, 0, 0, 0]);
+/// let mut same = random.clone();
+/// assert_eq!(random.normal(1.0).to_bits(), same.normal(1.0).to_bits());
+/// assert!((0.0..1.0).contains(&random.uniform()));
+/// assert!(random.below(6) < 6);
+///
+/// let position = random.position();
+/// let word = random.word();
+/// random.set_position(position);
+/// assert_eq!(random.word(), word);
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Random(ChaCha8Rng);
 
 impl Random {
-    /// The stream of ChaCha8 with this key, the words in little-endian order, and the nonce 0.
+    /// Returns the ChaCha8 stream with the given key, as four little-endian words, and nonce 0.
     pub fn from_key(key: [u64; 4]) -> Random {
         let mut bytes = [0; 32];
         for (bytes, word) in bytes.chunks_exact_mut(8).zip(key) {
@@ -31,52 +41,56 @@ impl Random {
         Random(ChaCha8Rng::from_seed(bytes))
     }
 
-    /// Another stream with the same key: `stream` is ChaCha's nonce.
+    /// Selects another stream with the same key; `stream` is the ChaCha nonce.
     pub fn with_stream(mut self, stream: u64) -> Random {
         self.0.set_stream(stream);
         self
     }
 
-    /// Uniform among all numbers of 64 bits.
+    /// Returns the next 64-bit word.
     pub fn word(&mut self) -> u64 {
         self.0.next_u64()
     }
 
-    /// Uniform in [0, 1): the upper 53 bits of a word, as many as a double holds.
+    /// Returns a uniformly distributed number in `[0, 1)`, made from the upper 53 bits of a word
+    /// (the precision of `f64`).
     pub fn uniform(&mut self) -> f64 {
         const STEP: f64 = 1.0 / (1u64 << 53) as f64;
         (self.word() >> 11) as f64 * STEP
     }
 
-    /// Uniform in [-half_width, half_width).
+    /// Returns a uniformly distributed number in `[-half_width, half_width)`.
     pub fn within(&mut self, half_width: f64) -> f64 {
         (2.0 * self.uniform() - 1.0) * half_width
     }
 
-    /// Uniform in 0..count. The chance of a number is within `count / 2^53` of `1 / count`.
+    /// Returns a uniformly distributed integer in `0..count`, or 0 if `count` is 0.
+    ///
+    /// The relative bias of each value is at most about `count / 2^53`.
     pub fn below(&mut self, count: usize) -> usize {
         (self.uniform() * count as f64) as usize
     }
 
-    /// True with this probability.
+    /// Returns true with the given probability, 0 to 1.
     pub fn chance(&mut self, probability: f64) -> bool {
         self.uniform() < probability
     }
 
-    /// Normally distributed with mean 0 and this deviation: the cosine half of the Box-Muller
-    /// transform, from two words.
+    /// Returns a normally distributed number with mean 0 and the given standard deviation.
+    ///
+    /// Uses the cosine half of the Box-Muller transform and consumes two words.
     pub fn normal(&mut self, deviation: f64) -> f64 {
-        // 1 - [0, 1) is never 0, whose logarithm is infinite.
+        // 1 - uniform() is in (0, 1], so the logarithm is finite.
         let radius = (-2.0 * libm::log(1.0 - self.uniform())).sqrt();
         deviation * radius * libm::cos(TAU * self.uniform())
     }
 
-    /// Where the stream is, in words of 32 bits.
+    /// Returns the position in the stream, in 32-bit words from its start.
     pub fn position(&self) -> u128 {
         self.0.get_word_pos()
     }
 
-    /// Goes to a [`position`](Self::position).
+    /// Moves the stream to a position returned by [`position`](Self::position).
     pub fn set_position(&mut self, position: u128) {
         self.0.set_word_pos(position);
     }
@@ -86,16 +100,16 @@ impl Random {
 mod tests {
     use super::*;
 
-    /// The words are those of an implementation in Python, written from the definition of ChaCha.
+    /// The expected words come from an independent Python implementation of ChaCha.
     #[test]
-    fn a_key_is_the_key_of_chacha8() {
+    fn words_match_chacha8_with_the_same_key() {
         let mut random = Random::from_key([1, 0, 0, 0]);
         let words: Vec<u64> = (0..3).map(|_| random.word()).collect();
         assert_eq!(words, [7037237572835827407, 5440448899038119230, 14725191807199933458]);
     }
 
     #[test]
-    fn numbers_are_the_same_for_ever() {
+    fn numbers_match_the_golden_values() {
         let mut random = Random::from_key([1, 0, 0, 0]);
         let numbers = [random.uniform(), random.normal(1.0), random.within(3.0)];
         assert_eq!(numbers.map(f64::to_bits), GOLDEN);
@@ -104,7 +118,7 @@ mod tests {
     const GOLDEN: [u64; 3] = [4600543922235128406, 4598160950249148205, 4612804981256062329];
 
     #[test]
-    fn normal_has_the_moments_of_its_distribution() {
+    fn normal_has_the_moments_of_a_normal_distribution() {
         let mut random = Random::from_key([7, 0, 0, 0]);
         let count = 200_000;
         let draws: Vec<f64> = (0..count).map(|_| random.normal(1.0)).collect();
@@ -113,12 +127,12 @@ mod tests {
             |power| draws.iter().map(|x| libm::pow(*x, power)).sum::<f64>() / f64::from(count);
         assert!(mean.abs() < 0.01, "mean {mean}");
         assert!((moment(2.0) - 1.0).abs() < 0.012, "variance {}", moment(2.0));
-        // Kurtosis 3: the fourth moment is 3 sigma^4.
+        // A normal distribution has kurtosis 3: its fourth moment is 3 sigma^4.
         assert!((moment(4.0) - 3.0).abs() < 0.1, "fourth moment {}", moment(4.0));
     }
 
     #[test]
-    fn below_reaches_every_value_equally() {
+    fn below_is_uniform() {
         let mut random = Random::from_key([3, 0, 0, 0]);
         let mut counts = [0; 4];
         for _ in 0..40_000 {
@@ -128,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stream_goes_on_from_its_position() {
+    fn a_stream_resumes_from_a_saved_position() {
         let mut random = Random::from_key([1, 2, 3, 4]).with_stream(5);
         random.normal(1.0);
         let position = random.position();

@@ -1,31 +1,42 @@
-//! The experiments of the paper, by what stands in the room.
+//! The scenarios of the paper: the obstacles in the room.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// What stands in the room beside the robot and the exit.
+/// A scenario: the set of obstacles in the room.
+///
+/// # Examples
+///
+/// ```
+/// use task::Scenario;
+///
+/// let scenario: Scenario = "two_moving".parse()?;
+/// assert_eq!((scenario.cylinders(), scenario.has_moving_obstacles()), (2, true));
+/// assert_eq!(scenario.to_string(), "two_moving");
+/// # Ok::<(), task::scenario::UnknownScenario>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Scenario {
-    /// Nothing.
+    /// No obstacles.
     Empty,
-    /// One cylinder, placed anew at every reset.
+    /// One static cylinder, placed at random on every reset.
     OneCylinder,
-    /// Two cylinders, placed anew at every reset.
+    /// Two static cylinders, placed at random on every reset.
     TwoCylinders,
-    /// Three cylinders, placed anew at every reset.
+    /// Three static cylinders, placed at random on every reset.
     ThreeCylinders,
-    /// A half circle of wall, always in the middle of the room.
+    /// A concave semicircular wall, fixed in the middle of the room.
     Concave,
-    /// One cylinder that wanders.
+    /// One moving cylinder.
     OneMoving,
-    /// Two cylinders that wander.
+    /// Two moving cylinders.
     TwoMoving,
-    /// Three cylinders that wander.
+    /// Three moving cylinders.
     ThreeMoving,
 }
 
 impl Scenario {
-    /// Every scenario.
+    /// All scenarios.
     pub const ALL: [Self; 8] = [
         Self::Empty,
         Self::OneCylinder,
@@ -37,7 +48,7 @@ impl Scenario {
         Self::ThreeMoving,
     ];
 
-    /// The name that parameters, messages and files use.
+    /// Returns the name used in parameters, messages and files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Empty => "empty",
@@ -51,7 +62,7 @@ impl Scenario {
         }
     }
 
-    /// How many cylinders stand or move in the room.
+    /// Returns the number of cylinders, static or moving.
     pub fn cylinders(self) -> usize {
         match self {
             Self::Empty | Self::Concave => 0,
@@ -61,13 +72,13 @@ impl Scenario {
         }
     }
 
-    /// Whether the cylinders move.
-    pub fn moving(self) -> bool {
+    /// Returns whether the cylinders move.
+    pub fn has_moving_obstacles(self) -> bool {
         matches!(self, Self::OneMoving | Self::TwoMoving | Self::ThreeMoving)
     }
 
-    /// Whether the concave wall stands in the room.
-    pub fn concave(self) -> bool {
+    /// Returns whether the room contains the concave wall.
+    pub fn has_concave_wall(self) -> bool {
         self == Self::Concave
     }
 }
@@ -78,10 +89,10 @@ impl fmt::Display for Scenario {
     }
 }
 
-/// There is no scenario with this name.
+/// The error for an unknown scenario name. Holds the first 100 characters of the name.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "scenario `{0}` does not exist: it is one of {names}",
+    "scenario: unknown value '{0}' (expected: {names})",
     names = Scenario::ALL.map(Scenario::name).join(", ")
 )]
 pub struct UnknownScenario(pub String);
@@ -89,11 +100,16 @@ pub struct UnknownScenario(pub String);
 impl FromStr for Scenario {
     type Err = UnknownScenario;
 
+    /// Parses a scenario name, e.g. `three_cylinders`.
+    ///
+    /// # Errors
+    ///
+    /// Returns [`UnknownScenario`] if no scenario has this name.
     fn from_str(name: &str) -> Result<Self, UnknownScenario> {
         Self::ALL
             .into_iter()
             .find(|scenario| scenario.name() == name)
-            // A name may be as long as a message; the error goes back to whoever sent it.
+            // A client can send a name of any length, and the response quotes it.
             .ok_or_else(|| UnknownScenario(name.chars().take(100).collect()))
     }
 }
@@ -103,19 +119,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_read_back() {
+    fn names_round_trip() {
         for scenario in Scenario::ALL {
             assert_eq!(scenario.to_string().parse(), Ok(scenario));
         }
     }
 
     #[test]
-    fn an_unknown_name_is_answered_with_the_known_ones() {
+    fn rejects_an_unknown_scenario() {
         let error = "maze".parse::<Scenario>().unwrap_err();
         assert_eq!(
             error.to_string(),
-            "scenario `maze` does not exist: it is one of empty, one_cylinder, two_cylinders, \
-             three_cylinders, concave, one_moving, two_moving, three_moving"
+            "scenario: unknown value 'maze' (expected: empty, one_cylinder, two_cylinders, \
+             three_cylinders, concave, one_moving, two_moving, three_moving)"
         );
     }
 }

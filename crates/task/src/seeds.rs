@@ -1,26 +1,41 @@
-//! The seed and the scenario of every episode, from the seed of the run.
+//! The seed and scenario of each episode in a run.
 //!
-//! A run is a function of its seed: each reset carries a seed of its own, a hash of the run's
-//! purpose, its seed and the episode. Where obstacles move this departs from the paper, which lets
-//! them wander on across resets.
+//! The seed of a run determines all of its randomness: every reset carries an episode seed, which
+//! is a hash of the purpose of the run, its seed and the episode index. With moving obstacles, this
+//! deviates from the paper, where a reset leaves the obstacles where they are.
 
 use std::num::NonZeroU64;
 
 use crate::{Random, Scenario};
 
-/// The name of a run whose episodes take place in all scenarios: one is drawn anew for each.
+/// The scenario name for a run that draws a random scenario for each episode.
 pub const MIXED: &str = "mixed";
 
-/// What an episode is for. Training and test never share a seed but by a chance of 2^-64.
+/// The purpose of an episode.
+///
+/// Training and evaluation episodes have different seeds, barring a hash collision (probability
+/// 2^-64 per pair).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
-    /// The agent learns.
+    /// The agent learns and explores.
     Training,
-    /// The agent is tested.
-    Test,
+    /// The trained policy is evaluated without exploration.
+    Evaluation,
 }
 
-/// The seed of an episode; never 0, which would mean "none" to the simulator.
+/// Returns the seed of the episode with the given index, starting at 0.
+///
+/// The seed is never 0, because a reset with seed 0 continues the simulator's own random state.
+///
+/// # Examples
+///
+/// ```
+/// use task::seeds::{Purpose, episode_seed};
+///
+/// let seed = episode_seed(Purpose::Training, 0, 0);
+/// assert_eq!(seed.get(), 4_606_029_925_845_525_861);
+/// assert_ne!(seed, episode_seed(Purpose::Evaluation, 0, 0));
+/// ```
 pub fn episode_seed(purpose: Purpose, run_seed: u64, episode: u32) -> NonZeroU64 {
     let mut random = episode_random(purpose, run_seed, episode);
     loop {
@@ -30,11 +45,25 @@ pub fn episode_seed(purpose: Purpose, run_seed: u64, episode: u32) -> NonZeroU64
     }
 }
 
-/// The scenario of an episode: that of the run, or the one that is drawn where it is [`MIXED`].
+/// Returns the scenario of the episode with the given index: the scenario of the run or, if that is
+/// [`MIXED`], a scenario drawn uniformly from [`Scenario::ALL`].
+///
+/// # Examples
+///
+/// ```
+/// use task::{
+///     Scenario,
+///     seeds::{MIXED, Purpose, episode_scenario},
+/// };
+///
+/// assert_eq!(episode_scenario("concave", Purpose::Training, 0, 7), "concave");
+/// let drawn = episode_scenario(MIXED, Purpose::Training, 0, 7);
+/// assert!(drawn.parse::<Scenario>().is_ok());
+/// ```
 pub fn episode_scenario(run_scenario: &str, purpose: Purpose, run_seed: u64, episode: u32) -> &str {
     match run_scenario {
         MIXED => {
-            // It has nothing to do with the episode's seed.
+            // A separate stream keeps the scenario independent of the episode's seed.
             let mut random = episode_random(purpose, run_seed, episode).with_stream(1);
             Scenario::ALL[random.below(Scenario::ALL.len())].name()
         }
@@ -42,12 +71,15 @@ pub fn episode_scenario(run_scenario: &str, purpose: Purpose, run_seed: u64, epi
     }
 }
 
-/// ChaCha's key is the hash's input: what it makes of different keys is unrelated. Keys with a second
-/// word of 0 are the learner's own.
+/// Returns the ChaCha8 stream whose key consists of the run seed, the purpose and the episode.
+/// Streams with different keys are independent, so the first word serves as a hash of the key.
+///
+/// The second word of the key distinguishes the uses of a seed: 1 and 2 here, 3 in the learner, 0
+/// in the simulator.
 fn episode_random(purpose: Purpose, run_seed: u64, episode: u32) -> Random {
     let domain = match purpose {
         Purpose::Training => 1,
-        Purpose::Test => 2,
+        Purpose::Evaluation => 2,
     };
     Random::from_key([run_seed, domain, u64::from(episode), 0])
 }
@@ -59,11 +91,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_seed_twice() {
+    fn episode_seeds_are_distinct() {
         let mut seeds = HashSet::new();
         for run_seed in 0..10 {
             for episode in 0..1000 {
-                for purpose in [Purpose::Training, Purpose::Test] {
+                for purpose in [Purpose::Training, Purpose::Evaluation] {
                     assert!(seeds.insert(episode_seed(purpose, run_seed, episode)));
                 }
             }
@@ -71,15 +103,15 @@ mod tests {
     }
 
     #[test]
-    fn the_seeds_are_the_same_for_ever() {
+    fn episode_seeds_match_the_golden_values() {
         assert_eq!(episode_seed(Purpose::Training, 0, 0).get(), GOLDEN[0]);
-        assert_eq!(episode_seed(Purpose::Test, 1, 999).get(), GOLDEN[1]);
+        assert_eq!(episode_seed(Purpose::Evaluation, 1, 999).get(), GOLDEN[1]);
     }
 
     const GOLDEN: [u64; 2] = [4_606_029_925_845_525_861, 10_211_153_073_896_380_468];
 
     #[test]
-    fn a_mixed_run_visits_all_scenarios_alike_and_always_in_the_same_order() {
+    fn a_mixed_run_draws_scenarios_uniformly_and_reproducibly() {
         let episodes = 1000 * Scenario::ALL.len() as u32;
         let scenario = |episode| episode_scenario(MIXED, Purpose::Training, 3, episode);
         let scenarios: Vec<&str> = (0..episodes).map(scenario).collect();
@@ -88,8 +120,8 @@ mod tests {
             assert!((880..1120).contains(&count), "{name}: {count}");
         }
         assert!((0..episodes).map(scenario).eq(scenarios.iter().copied()));
-        let test = |episode| episode_scenario(MIXED, Purpose::Test, 3, episode);
-        assert!(!(0..episodes).map(test).eq(scenarios));
+        let evaluation = |episode| episode_scenario(MIXED, Purpose::Evaluation, 3, episode);
+        assert!(!(0..episodes).map(evaluation).eq(scenarios));
         assert_eq!(episode_scenario("concave", Purpose::Training, 3, 7), "concave");
     }
 }

@@ -1,1 +1,1 @@
-//! Nothing: see Cargo.toml.
+//! An empty crate whose `Cargo.toml` pins the features of shared dependencies.

@@ -1,15 +1,17 @@
-//! The lens: stereographic, 180 degrees across the width of the image.
+//! The lens: a stereographic projection that spans 180 degrees across the image width.
 //!
-//! A point of the image at the distance r from its middle (half the width is 1) shows what is
-//! 2 atan(r) away from the optical axis. The projection keeps angles, so that a small thing has
-//! its own shape everywhere in the image.
+//! A point at distance r from the centre of the image, in units of half the width, shows the
+//! direction at angle 2 atan(r) from the optical axis. The projection is conformal: it preserves
+//! the shapes of small objects everywhere in the image.
 
 use nalgebra::Vector3;
 
 use super::frame::{HEIGHT, WIDTH};
 
-/// The direction that the middle of a pixel of a level camera looks in: a unit vector, x forward,
-/// y left, z up.
+/// Returns the viewing direction of the centre of a pixel, for a level camera.
+///
+/// The result is a unit vector with x forward, y left and z up. Columns are numbered 0..=19 from
+/// the left, rows 0..=6 from the top.
 pub fn direction(column: usize, row: usize) -> Vector3<f64> {
     let right = (2 * column + 1) as f64 / WIDTH as f64 - 1.0;
     let down = ((2 * row + 1) as f64 - HEIGHT as f64) / WIDTH as f64;
@@ -25,22 +27,23 @@ mod tests {
     use super::*;
 
     fn assert_close(actual: Vector3<f64>, expected: [f64; 3]) {
-        assert!((actual - Vector3::from(expected)).norm() < 1e-12, "{actual} is not {expected:?}");
+        let difference = (actual - Vector3::from(expected)).norm();
+        assert!(difference < 1e-12, "{actual}, expected {expected:?}");
     }
 
     #[test]
-    fn the_middle_columns_look_almost_ahead() {
-        // r = 0.05: (1 - 0.0025) / 1.0025 ahead and 0.1 / 1.0025 aside, 5.72 degrees.
+    fn the_middle_columns_look_5_72_degrees_to_the_sides() {
+        // r = 0.05: (1 - 0.0025) / 1.0025 forward and 0.1 / 1.0025 to the side, 5.72 degrees.
         assert_close(direction(9, 3), [0.9975 / 1.0025, 0.1 / 1.0025, 0.0]);
         assert_close(direction(10, 3), [0.9975 / 1.0025, -0.1 / 1.0025, 0.0]);
-        // The upper row: down = -0.3 and r^2 = 0.0925.
+        // The top row: down = -0.3 and r^2 = 0.0925.
         assert_close(direction(10, 0), [0.9075 / 1.0925, -0.1 / 1.0925, 0.6 / 1.0925]);
     }
 
     #[test]
-    fn the_width_is_half_a_circle() {
-        // The outer pixels' middles are at r = 0.95, the edges at 1, which is 2 atan(1) = 90
-        // degrees: the middle of the outer pixel looks 87.06 degrees aside.
+    fn the_width_spans_180_degrees() {
+        // The edges are at r = 1, which is 2 atan(1) = 90 degrees from the axis. The centres of the
+        // outermost pixels are at r = 0.95, which is 87.06 degrees from the axis.
         let outer: f64 = 2.0 * ComplexField::atan(0.95);
         assert!((outer.to_degrees() - 87.0624).abs() < 1e-4);
         let (sine, cosine) = ComplexField::sin_cos(outer);
@@ -49,7 +52,7 @@ mod tests {
     }
 
     #[test]
-    fn directions_have_length_one_and_mirror_each_other() {
+    fn directions_are_symmetric_unit_vectors() {
         for row in 0..HEIGHT {
             for column in 0..WIDTH {
                 let ray = direction(column, row);

@@ -1,23 +1,24 @@
-//! The camera's rays, in the order in which they fan out.
+//! The rays of the camera, sorted by azimuth.
 
 use nalgebra::{Rotation3, Vector2, Vector3};
 
 use super::frame::{PIXELS, WIDTH};
 use super::lens;
 
-/// One pixel's ray, from the eye.
+/// The ray of one pixel. It starts at the eye.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Ray {
-    /// A unit vector in the eye's frame: level, and turned with the robot.
+    /// Unit vector in the frame of the eye: x forward along the heading of the robot, y left, z up.
+    /// The pitch of the camera is included.
     pub(crate) direction: Vector3<f64>,
-    /// The pixel's index, counted row by row.
+    /// Index of the pixel, row-major.
     pub(crate) pixel: usize,
 }
 
-/// All rays, from right to left by their azimuth.
+/// All rays, sorted by azimuth from right to left.
 ///
-/// An upright face, however high, is seen by rays between the azimuths of its two ends: two
-/// binary searches find these, so that no ray is tested against a face that it cannot meet.
+/// Only the rays between the azimuths of the two ends of a vertical face can hit it. Two binary
+/// searches find them, so no other ray is tested against the face.
 #[derive(Debug, Clone)]
 pub(super) struct RayFan {
     rays: [Ray; PIXELS],
@@ -25,7 +26,7 @@ pub(super) struct RayFan {
 }
 
 impl RayFan {
-    /// The rays of a camera that looks down by `pitch` radians.
+    /// Creates the rays of a camera with this downward pitch, in radians.
     pub(super) fn new(pitch: f64) -> Self {
         let mount = Rotation3::from_axis_angle(&Vector3::y_axis(), pitch);
         let mut rays: [Ray; PIXELS] = std::array::from_fn(|pixel| {
@@ -37,14 +38,14 @@ impl RayFan {
         Self { azimuths: std::array::from_fn(|index| azimuth_of(&rays[index])), rays }
     }
 
-    /// The rays.
+    /// Returns the rays, from right to left.
     pub(super) fn rays(&self) -> &[Ray; PIXELS] {
         &self.rays
     }
 
-    /// The indices of the rays from the direction `right`, counter-clockwise, to just before the
-    /// direction `left`.
-    #[inline(always)] // A fifth of the time of a picture with the concave wall.
+    /// Returns the indices of the rays counter-clockwise from the direction `right` to the
+    /// direction `left`, which is excluded.
+    #[inline(always)] // Saves a fifth of the render time with the concave wall.
     pub(super) fn between(
         &self,
         right: &Vector2<f64>,
@@ -55,15 +56,15 @@ impl RayFan {
             self.azimuths.partition_point(|&other| other < azimuth)
         };
         let (begin, end) = (first(right), first(left));
-        // From right to left through the direction behind the eye, the azimuth begins anew.
+        // The azimuth wraps around behind the eye.
         if begin <= end { (begin..end).chain(0..0) } else { (begin..PIXELS).chain(0..end) }
     }
 }
 
-/// A number that grows with the azimuth of a direction, without the trigonometry: 0 ahead, 1 to
-/// the left, -1 to the right, ±2 behind. Straight up and down count as ahead.
+/// Returns a monotonic function of a direction's azimuth, computed without trigonometry: 0 ahead, 1
+/// to the left, -1 to the right, ±2 behind. Straight up and straight down count as ahead.
 fn azimuth(direction: &Vector2<f64>) -> f64 {
-    let ahead = direction.x / (direction.x.abs() + direction.y.abs());
-    let aside = if ahead.is_nan() { 0.0 } else { 1.0 - ahead };
-    if direction.y < 0.0 { -aside } else { aside }
+    let forward = direction.x / (direction.x.abs() + direction.y.abs());
+    let sideways = if forward.is_nan() { 0.0 } else { 1.0 - forward };
+    if direction.y < 0.0 { -sideways } else { sideways }
 }

@@ -1,4 +1,4 @@
-//! Rendering: the nearest upright face for each ray.
+//! Rendering: finds the nearest vertical face for each ray.
 
 use nalgebra::{Isometry2, Point2, Translation2, Vector2};
 
@@ -11,32 +11,32 @@ use crate::world::{
     EXIT_HEIGHT, EXIT_WIDTH, Exit, ROOM_SIDE, WALL_HEIGHT, World,
 };
 
-/// A camera on the robot.
+/// The camera on the robot.
 #[derive(Debug, Clone)]
 pub struct Camera {
     settings: CameraSettings,
     fan: RayFan,
     light: Light,
-    /// What the rays meet where nothing stands: the floor, or nothing.
+    /// What each ray hits in an empty world: the floor or the sky.
     background: [Hit; PIXELS],
     walls: Vec<Face>,
     concave_wall: Vec<Face>,
 }
 
-/// What a ray meets first.
+/// The nearest hit of a ray.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Hit {
-    /// From the eye, in metres; infinite for the sky.
+    /// Distance from the eye along the ray in metres; infinite for the sky.
     pub(super) distance: f64,
     colour: [u8; CHANNELS],
 }
 
 impl Camera {
-    /// A camera with this mount.
+    /// Creates a camera with this mount.
     ///
     /// # Errors
     ///
-    /// If the camera would not be on the robot, or could see an obstacle's top.
+    /// Returns an error if a setting is outside the range documented in [`CameraSettings`].
     pub fn new(settings: CameraSettings) -> Result<Self, CameraSettingsError> {
         settings.check()?;
         let light = Light::new();
@@ -49,7 +49,7 @@ impl Camera {
                 Hit { distance: f64::INFINITY, colour: sky }
             }
         });
-        // The room's outline is counter-clockwise, because the wall is outside.
+        // Counter-clockwise, because the walls are outside this outline.
         const HALF: f64 = ROOM_SIDE / 2.0;
         let room = [(HALF, -HALF), (HALF, HALF), (-HALF, HALF), (-HALF, -HALF)];
         let room = room.map(|(x, y)| Point2::new(x, y));
@@ -60,44 +60,45 @@ impl Camera {
         Ok(Self { settings, fan, light, background, walls, concave_wall })
     }
 
-    /// The mount.
+    /// Returns the mount.
     pub fn settings(&self) -> &CameraSettings {
         &self.settings
     }
 
-    /// What the camera sees now.
+    /// Renders what the camera sees now.
     ///
-    /// A robot that has escaped may have its camera inside the exit, or inside the wall behind it.
-    /// It then sees nothing but the colour of what is around it, which no light reaches.
+    /// After an escape the camera may be inside the exit or inside the wall behind it. The frame
+    /// then has the colour of that object in ambient light only.
     pub fn render(&self, world: &World) -> Frame {
         let mut frame = Frame::default();
         self.render_to(world, frame.bytes_mut());
         frame
     }
 
-    /// As [`render`](Self::render), into the bytes of a frame that lie somewhere else: in a message.
+    /// Renders into an existing buffer, for example that of a message. The layout is the same as
+    /// in [`Frame`].
     pub fn render_to(&self, world: &World, bytes: &mut [u8; Frame::LENGTH]) {
         let pixels = bytes.as_chunks_mut::<CHANNELS>().0;
         let eye = self.eye(world);
-        if let Some(colour) = surrounding(&eye.translation.vector.into(), world) {
-            return pixels.fill(light::in_the_dark(colour));
+        if let Some(colour) = enclosing_colour(&eye.translation.vector.into(), world) {
+            return pixels.fill(light::ambient(colour));
         }
         for (ray, hit) in self.rays().iter().zip(self.cast(&eye, world)) {
             pixels[ray.pixel] = hit.colour;
         }
     }
 
-    /// The rays, in the order of [`Camera::cast`].
+    /// Returns the rays, in the order of [`Camera::cast`].
     pub(crate) fn rays(&self) -> &[Ray; PIXELS] {
         self.fan.rays()
     }
 
-    /// The pose of the eye in the ground plan.
+    /// Returns the pose of the eye in the ground plan; its heading is that of the robot.
     pub(crate) fn eye(&self, world: &World) -> Isometry2<f64> {
         world.robot() * Translation2::new(self.settings.forward, self.settings.left)
     }
 
-    /// What each ray of the fan meets first, for an eye that no solid surrounds.
+    /// Returns the nearest hit of each ray. The eye must not be inside a solid.
     pub(super) fn cast(&self, eye: &Isometry2<f64>, world: &World) -> [Hit; PIXELS] {
         let mut hits = self.background;
         for face in &self.walls {
@@ -111,7 +112,7 @@ impl Camera {
                 self.cast_at_face(face, eye, &mut hits);
             }
         }
-        let light = self.light.seen_from(&eye.rotation);
+        let light = self.light.in_frame(&eye.rotation);
         for cylinder in world.cylinders() {
             self.cast_at_cylinder(cylinder, eye, &light, &mut hits);
         }
@@ -120,10 +121,10 @@ impl Camera {
 
     fn cast_at_face(&self, face: &Face, eye: &Isometry2<f64>, hits: &mut [Hit; PIXELS]) {
         let (from, to) = (face.from - eye.translation.vector, face.to - eye.translation.vector);
-        // Twice the area of the triangle between the eye and the face.
+        // Twice the area of the triangle formed by the eye and the face.
         let area = from.coords.perp(&to.coords);
         if area <= 0.0 {
-            return; // Seen from behind.
+            return; // The eye is behind the face.
         }
         let from = eye.rotation.inverse_transform_point(&from).coords;
         let to = eye.rotation.inverse_transform_point(&to).coords;
@@ -131,7 +132,7 @@ impl Camera {
         for index in self.fan.between(&from, &to) {
             let direction = &self.rays()[index].direction;
             let distance = area / direction.xy().perp(&along);
-            if self.is_seen(index, distance, face.height, hits) {
+            if self.is_visible(index, distance, face.height, hits) {
                 hits[index] = Hit { distance, colour: face.colour };
             }
         }
@@ -145,19 +146,19 @@ impl Camera {
         hits: &mut [Hit; PIXELS],
     ) {
         let centre = eye.inverse_transform_point(&cylinder.centre()).coords;
-        // The square of the length of a tangent from the eye, which is never inside: the robot
-        // does not touch cylinders.
+        // Squared length of a tangent from the eye. It is positive: the robot never touches a
+        // cylinder, so the eye is outside.
         let tangent = centre.norm_squared() - CYLINDER_RADIUS * CYLINDER_RADIUS;
         let middle = centre * tangent.sqrt();
-        let aside = Vector2::new(-centre.y, centre.x) * CYLINDER_RADIUS;
-        for index in self.fan.between(&(middle - aside), &(middle + aside)) {
+        let offset = Vector2::new(-centre.y, centre.x) * CYLINDER_RADIUS;
+        for index in self.fan.between(&(middle - offset), &(middle + offset)) {
             let direction = self.rays()[index].direction.xy();
             let square = direction.norm_squared();
             let middle = direction.dot(&centre);
-            // Between the tangents; less than 0 only by rounding.
+            // Between the tangents, only rounding can make this negative.
             let half_chord = (middle * middle - square * tangent).max(0.0).sqrt();
             let distance = (middle - half_chord) / square;
-            if self.is_seen(index, distance, CYLINDER_HEIGHT, hits) {
+            if self.is_visible(index, distance, CYLINDER_HEIGHT, hits) {
                 let normal = (direction * distance - centre) / CYLINDER_RADIUS;
                 let colour = light.shade(light::OBSTACLE, &normal);
                 hits[index] = Hit { distance, colour };
@@ -165,16 +166,16 @@ impl Camera {
         }
     }
 
-    /// Whether a ray that gets to an upright face of this height at this distance meets it there:
-    /// the ray does not pass over it, and has met nothing before.
-    fn is_seen(&self, index: usize, distance: f64, height: f64, hits: &[Hit; PIXELS]) -> bool {
+    /// Returns whether a ray hits a vertical face at this distance: the ray does not pass over the
+    /// face, which is `height` metres tall, and has no nearer hit.
+    fn is_visible(&self, index: usize, distance: f64, height: f64, hits: &[Hit; PIXELS]) -> bool {
         let rise = distance * self.rays()[index].direction.z;
         distance > 0.0 && distance < hits[index].distance && self.settings.height + rise <= height
     }
 }
 
-/// An upright face, seen from the side that has it run from right to left: the solid is on the
-/// right of the way from `from` to `to`.
+/// A vertical face. Seen from `from` towards `to`, its visible side is on the left and the solid on
+/// the right.
 #[derive(Debug, Clone, Copy)]
 struct Face {
     from: Point2<f64>,
@@ -183,8 +184,8 @@ struct Face {
     colour: [u8; CHANNELS],
 }
 
-/// The faces of a prism, from its outline: clockwise around a solid, counter-clockwise around a
-/// hollow.
+/// Returns the faces of a vertical prism. The outline is clockwise around a solid and
+/// counter-clockwise around a cavity.
 fn faces(
     outline: &[Point2<f64>],
     height: f64,
@@ -199,16 +200,18 @@ fn faces(
     })
 }
 
-/// The corners of the exit's ground plan, clockwise.
+/// Returns the corners of the exit in the ground plan, clockwise.
 fn exit_outline(exit: &Exit) -> [Point2<f64>; 4] {
     const X: f64 = EXIT_DEPTH / 2.0;
     const Y: f64 = EXIT_WIDTH / 2.0;
     [(X, Y), (X, -Y), (-X, -Y), (-X, Y)].map(|(x, y)| exit.pose() * Point2::new(x, y))
 }
 
-/// The colour of the solid around a point, if there is one: the exit before the wall that it
-/// stands in. The robot touches no other solid.
-fn surrounding(point: &Point2<f64>, world: &World) -> Option<Colour> {
+/// Returns the colour of the solid that contains a point, if any.
+///
+/// The exit takes precedence over the wall in which it stands. No other solid can contain the eye,
+/// because the robot never touches one.
+fn enclosing_colour(point: &Point2<f64>, world: &World) -> Option<Colour> {
     let from_exit = world.exit().pose().inverse_transform_point(point);
     if from_exit.x.abs() <= EXIT_DEPTH / 2.0 && from_exit.y.abs() <= EXIT_WIDTH / 2.0 {
         Some(light::EXIT)

@@ -1,59 +1,59 @@
-//! Where the camera is on the robot.
+//! The mount of the camera on the robot.
 
 use std::f64::consts::FRAC_PI_2;
 
 use crate::world::{CONCAVE_WALL_HEIGHT, FOOTPRINT_SIDE};
 
-/// The mount of the camera on the robot.
+/// The mount of the camera, relative to the centre of the robot's footprint on the floor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CameraSettings {
-    /// How far the camera is ahead of the robot's centre, in metres: within the footprint,
-    /// ±0.075.
+    /// Distance ahead of the robot's centre in metres, within ±0.075 (the footprint).
     pub forward: f64,
-    /// How far it is to the left of the robot's centre, in metres: within the footprint, ±0.075.
+    /// Distance to the left of the robot's centre in metres, within ±0.075 (the footprint).
     pub left: f64,
-    /// How far it is above the floor, in metres: between 0 and 0.25, the height of the lowest
-    /// obstacle, so that it never sees anything from above.
+    /// Height above the floor in metres, above 0 and below 0.25. The lowest obstacle is 0.25 m
+    /// tall, so the camera never sees the top of an obstacle.
     pub height: f64,
-    /// How far it looks down, in radians: a rotation about the y axis, within ±π/2.
+    /// Downward pitch in radians, a rotation about the y axis, within ±π/2.
     pub pitch: f64,
 }
 
 impl Default for CameraSettings {
-    /// The middle of the robot's front face, at the height that the authors' public robot model
-    /// has, level.
+    /// Returns a level camera in the middle of the robot's front face, 0.09 m above the floor, as
+    /// in the paper authors' public robot model.
     fn default() -> Self {
         Self { forward: FOOTPRINT_SIDE / 2.0, left: 0.0, height: 0.09, pitch: 0.0 }
     }
 }
 
-/// Why a camera cannot be mounted.
+/// The error for an invalid camera mount.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum CameraSettingsError {
-    /// The camera would be in the floor, or could look at an obstacle's top.
+    /// The camera would be below the floor or could see the top of an obstacle. Holds the height in
+    /// metres.
     #[error(
-        "a camera at a height of {0} m cannot be: it is above 0 and below {CONCAVE_WALL_HEIGHT} m, \
-         the height of the lowest obstacle"
+        "camera height: invalid value {0} m (expected: above 0 and below {CONCAVE_WALL_HEIGHT} m, \
+         the height of the lowest obstacle)"
     )]
     Height(f64),
-    /// The camera would stick out of the robot, and into whatever the robot may come close to.
+    /// The camera would protrude from the robot and could be inside an obstacle.
     #[error(
-        "a camera {forward} m ahead and {left} m to the left of the robot's centre is off the \
-         robot: both are within ±{} m", FOOTPRINT_SIDE / 2.0
+        "camera position: invalid value ({forward}, {left}) m (expected: within ±{} m of the \
+         robot's centre on both axes)", FOOTPRINT_SIDE / 2.0
     )]
     OffRobot {
-        /// How far ahead, in metres.
+        /// Distance ahead of the robot's centre, in metres.
         forward: f64,
-        /// How far to the left, in metres.
+        /// Distance to the left of the robot's centre, in metres.
         left: f64,
     },
-    /// The camera would look backwards.
-    #[error("a camera cannot be pitched by {0} rad: the pitch is within ±π/2, downwards positive")]
+    /// The camera would look backwards. Holds the pitch in radians.
+    #[error("camera pitch: invalid value {0} rad (expected: within ±π/2, positive is downward)")]
     Pitch(f64),
 }
 
 impl CameraSettings {
-    /// Whether a camera can be mounted like this.
+    /// Checks the ranges of all fields; NaN is invalid.
     pub(super) fn check(&self) -> Result<(), CameraSettingsError> {
         let footprint = -FOOTPRINT_SIDE / 2.0..=FOOTPRINT_SIDE / 2.0;
         let &Self { forward, left, height, pitch } = self;
@@ -74,23 +74,23 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_mounts_on_the_robot_and_below_the_obstacles_are_possible() {
+    fn rejects_a_mount_outside_the_robot_or_above_the_lowest_obstacle() {
         let default = CameraSettings::default();
         assert_eq!(default.check(), Ok(()));
         for (settings, message) in [
             (
                 CameraSettings { height: 0.3, ..default },
-                "a camera at a height of 0.3 m cannot be: it is above 0 and below 0.25 m, the \
-                 height of the lowest obstacle",
+                "camera height: invalid value 0.3 m (expected: above 0 and below 0.25 m, the \
+                 height of the lowest obstacle)",
             ),
             (
                 CameraSettings { forward: 0.1, ..default },
-                "a camera 0.1 m ahead and 0 m to the left of the robot's centre is off the robot: \
-                 both are within ±0.075 m",
+                "camera position: invalid value (0.1, 0) m (expected: within ±0.075 m of the \
+                 robot's centre on both axes)",
             ),
             (
                 CameraSettings { pitch: 2.0, ..default },
-                "a camera cannot be pitched by 2 rad: the pitch is within ±π/2, downwards positive",
+                "camera pitch: invalid value 2 rad (expected: within ±π/2, positive is downward)",
             ),
         ] {
             assert_eq!(settings.check().unwrap_err().to_string(), message);

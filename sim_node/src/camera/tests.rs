@@ -1,4 +1,5 @@
-//! The renderer against poses worked out by hand, against parry2d's ray casts, and against itself.
+//! Compares the renderer with images calculated by hand, with parry2d ray casts, and with golden
+//! checksums.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 use std::num::NonZeroU64;
@@ -19,7 +20,7 @@ use crate::world::{
 const SKY: [u8; 3] = [179; 3];
 const FLOOR: [u8; 3] = [128; 3];
 
-/// A world in which these parts are fixed, as the parameters have them.
+/// Returns a world with a fixed layout, in the format of the parameters `fixed_*`.
 fn fixed_world(scenario: Scenario, exit: &[f64], cylinders: &[f64], robot: &[f64]) -> World {
     let layout = Layout::from_lists(exit, cylinders, robot).unwrap();
     World::new(WorldSettings { layout, ..WorldSettings::default() }, scenario, 0).unwrap()
@@ -29,19 +30,20 @@ fn camera() -> Camera {
     Camera::new(CameraSettings::default()).unwrap()
 }
 
-/// A column from the top.
+/// Returns a column of the frame, from top to bottom.
 fn column(frame: &Frame, column: usize) -> [[u8; 3]; HEIGHT] {
     std::array::from_fn(|row| frame.pixel(column, row))
 }
 
-// In the middle columns the rows look up by 33.3, 22.5, 11.4 and 0 degrees and then down by as
-// much; at eye level the columns look 5.7, 17.1, 28.1, ... degrees aside.
+// Elevation of the rows in the middle columns, from top to bottom: 33.3, 22.5, 11.4, 0, -11.4,
+// -22.5 and -33.3 degrees. Azimuth of the columns in the middle row, from the middle outward: 5.7,
+// 17.1, 28.1, ... degrees.
 
-/// From 0.5 m behind the middle of the room the wall ahead is 1.675 m from the eye: its edge is
-/// atan(0.91 / 1.675) = 28.5 degrees up, and its foot atan(0.09 / 1.675) = 3.1 degrees down.
+/// The robot is 0.5 m behind the centre of the room, so the wall ahead is 1.675 m from the eye: its
+/// top is atan(0.91 / 1.675) = 28.5 degrees up and its foot atan(0.09 / 1.675) = 3.1 degrees down.
 #[test]
-fn ahead_are_sky_wall_and_floor() {
-    // Each of the four walls as bright as its side of the light makes it.
+fn the_middle_columns_show_sky_wall_and_floor() {
+    // The brightness of each wall depends on its orientation to the light.
     for (ahead, x, y, brightness) in
         [(0.0, -0.5, 0.0, 102), (1.0, 0.0, -0.5, 122), (2.0, 0.5, 0.0, 201), (3.0, 0.0, 0.5, 102)]
     {
@@ -59,25 +61,25 @@ fn ahead_are_sky_wall_and_floor() {
     }
 }
 
-/// The exit is 0.5 m wide and its face 1.575 m from the eye: atan(0.25 / 1.575) = 9 degrees to both
-/// sides, and atan(0.91 / 1.575) = 30 degrees up.
+/// The exit is 0.5 m wide and its face is 1.575 m from the eye: it extends atan(0.25 / 1.575) = 9
+/// degrees to both sides and atan(0.91 / 1.575) = 30 degrees up.
 #[test]
-fn an_exit_ahead_is_green_in_the_middle() {
+fn an_exit_ahead_is_green_in_the_middle_columns() {
     let world = fixed_world(Scenario::Empty, &[0.0, 0.0], &[], &[-0.5, 0.0, 0.0]);
     let frame = camera().render(&world);
     let (green, blue) = ([0, 102, 0], [0, 0, 102]);
     for middle in [9, 10] {
         assert_eq!(column(&frame, middle), [SKY, green, green, green, FLOOR, FLOOR, FLOOR]);
     }
-    for aside in [8, 11] {
-        assert_eq!(column(&frame, aside), [SKY, blue, blue, blue, FLOOR, FLOOR, FLOOR]);
+    for outer in [8, 11] {
+        assert_eq!(column(&frame, outer), [SKY, blue, blue, blue, FLOOR, FLOOR, FLOOR]);
     }
 }
 
-/// An exit 0.5 m to the left is green 13.1 to 34.9 degrees to the left: in the columns at 17.1 and
-/// 28.1 degrees, the 9th and 8th from the left, and nowhere else.
+/// An exit 0.5 m to the left extends from 13.1 to 34.9 degrees to the left: it covers the columns
+/// at 17.1 and 28.1 degrees, which are columns 8 and 7.
 #[test]
-fn left_is_on_the_left() {
+fn an_exit_to_the_left_is_in_the_left_half() {
     let world = fixed_world(Scenario::Empty, &[0.0, 0.5], &[], &[0.0, 0.0, 0.0]);
     let frame = camera().render(&world);
     let green: Vec<usize> =
@@ -85,42 +87,44 @@ fn left_is_on_the_left() {
     assert_eq!(green, [7, 8]);
 }
 
-/// The cylinder's front is 1.045 - 0.1524 = 0.8926 m from the eye: its edge is
-/// atan(0.21 / 0.8926) = 13.2 degrees up, its foot atan(0.09 / 0.8926) = 5.8 degrees down, and it is
-/// asin(0.1524 / 1.045) = 8.4 degrees wide to both sides. Above and beside it are the wall and the
-/// sky, as without it.
+/// The front of the cylinder is 1.045 - 0.1524 = 0.8926 m from the eye: its top is
+/// atan(0.21 / 0.8926) = 13.2 degrees up and its foot atan(0.09 / 0.8926) = 5.8 degrees down. It
+/// extends asin(0.1524 / 1.045) = 8.4 degrees to both sides. Wall and sky remain visible above it
+/// and at its sides.
 #[test]
-fn a_cylinder_ahead_is_red_and_hides_only_what_is_behind() {
+fn a_cylinder_ahead_hides_only_what_is_behind_it() {
     let world = fixed_world(Scenario::OneCylinder, &[2.0, 0.0], &[0.62, 0.0], &[-0.5, 0.0, 0.0]);
     let frame = camera().render(&world);
-    // Its front looks towards -x, away from the light.
+    // Its front faces -x, away from the light.
     let (red, blue) = ([102, 0, 0], [0, 0, 102]);
     for middle in [9, 10] {
         assert_eq!(column(&frame, middle), [SKY, blue, red, red, FLOOR, FLOOR, FLOOR]);
     }
-    for aside in [8, 11] {
-        assert_eq!(column(&frame, aside), [SKY, blue, blue, blue, FLOOR, FLOOR, FLOOR]);
+    for outer in [8, 11] {
+        assert_eq!(column(&frame, outer), [SKY, blue, blue, blue, FLOOR, FLOOR, FLOOR]);
     }
 }
 
-/// A cylinder towards the light: the normal where the middle columns meet it is almost +x, and
-/// what it sees of the light almost the 0.48337 that makes 201 of 255.
+/// The normal of the cylinder at the middle columns is almost +x, so its brightness is almost that
+/// of a face towards +x, which receives 0.48337 of the light and has brightness 201 of 255.
 #[test]
-fn a_cylinder_is_lit_from_its_side() {
+fn a_cylinder_is_shaded_by_its_normal() {
     let robot = [0.0, 0.0, PI];
     let world = fixed_world(Scenario::OneCylinder, &[0.0, 0.0], &[-0.65, 0.0], &robot);
     let frame = camera().render(&world);
-    // The ray 5.72 degrees to the right, towards +y here, meets it 0.0426 m aside: the normal is
-    // (0.960, 0.280) and the light 0.4 + 0.8 * (0.48337 * 0.960 - 0.09667 * 0.280) = 0.7496.
+    // The ray 5.72 degrees to the right, which is +y here, hits the cylinder at an offset of
+    // 0.0426 m: normal (0.960, 0.280), intensity
+    // 0.4 + 0.8 * (0.48337 * 0.960 - 0.09667 * 0.280) = 0.7496.
     assert_eq!(frame.pixel(10, 3), [191, 0, 0]);
-    // To the left the normal is (0.960, -0.280): 0.4 + 0.8 * (0.46404 + 0.02707) = 0.7929.
+    // To the left: normal (0.960, -0.280), intensity 0.4 + 0.8 * (0.46404 + 0.02707) = 0.7929.
     assert_eq!(frame.pixel(9, 3), [202, 0, 0]);
 }
 
-/// In the hollow the inner face is all around but behind. Ahead it is 0.525 m from the eye, its
-/// edge atan(0.16 / 0.525) = 17 degrees up; above it is the wall of the room.
+/// Inside the concave wall, the inner face is on all sides except behind the robot. Ahead it is
+/// 0.525 m from the eye and its top is atan(0.16 / 0.525) = 17 degrees up; the wall of the room is
+/// visible above it.
 #[test]
-fn inside_the_concave_wall_all_is_red_at_eye_level() {
+fn inside_the_concave_wall_the_middle_row_is_red() {
     let robot = [0.0, -0.35, FRAC_PI_2];
     let world = fixed_world(Scenario::Concave, &[3.0, 0.0], &[], &robot);
     let frame = camera().render(&world);
@@ -132,15 +136,17 @@ fn inside_the_concave_wall_all_is_red_at_eye_level() {
     assert_eq!(frame.pixel(9, 1), [0, 0, 122]);
 }
 
-/// From the origin the wall ahead, 1.175 m from the eye, is 4.4 degrees down to 37.8 degrees up.
+/// From the origin, the wall ahead is 1.175 m from the eye: it extends from 4.4 degrees down to
+/// 37.8 degrees up.
 #[test]
-fn a_pitched_camera_looks_down() {
+fn a_positive_pitch_looks_down() {
     let world = fixed_world(Scenario::Empty, &[2.0, 0.0], &[], &[0.0, 0.0, 0.0]);
     let rows = |pitch| {
         let camera = Camera::new(CameraSettings { pitch, ..Default::default() }).unwrap();
         column(&camera.render(&world), 9)
     };
-    // The upper row looks 45 - 33.3 degrees down, or the lower row as much up.
+    // Pitched down, the top row looks 45 - 33.3 degrees down; pitched up, the bottom row looks up
+    // by the same angle.
     assert_eq!(rows(FRAC_PI_4), [FLOOR; HEIGHT]);
     let wall = [0, 0, 102];
     assert_eq!(rows(-FRAC_PI_4), [SKY, SKY, SKY, SKY, wall, wall, wall]);
@@ -154,7 +160,7 @@ fn a_camera_inside_the_exit_sees_only_green() {
     assert!(frame.bytes().as_chunks().0.iter().all(|pixel| *pixel == [0, 102, 0]));
 }
 
-/// The solids of a world as parry has them, with their poses and heights.
+/// Returns the solids of a world as parry shapes, with their poses and heights.
 fn solids(world: &World) -> Vec<(Pose, Box<dyn Shape>, f64)> {
     let mut solids: Vec<(Pose, Box<dyn Shape>, f64)> = Vec::new();
     for wall in Wall::ALL {
@@ -182,8 +188,8 @@ fn solids(world: &World) -> Vec<(Pose, Box<dyn Shape>, f64)> {
     solids
 }
 
-/// How far a ray goes before it meets the floor or a solid, by parry's ray cast in the ground
-/// plan; infinite for the sky. `slack` makes all solids that much higher.
+/// Returns the distance, in metres, at which a ray hits the floor or a solid, computed with parry's
+/// ray casts in the ground plan; infinite for the sky. All solids are raised by `slack` metres.
 fn distance_by_parry(
     solids: &[(Pose, Box<dyn Shape>, f64)],
     eye: &Point2<f64>,
@@ -211,10 +217,11 @@ fn scenarios() -> impl Strategy<Value = Scenario> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
-    /// On an edge, parry's single precision may fall to the other side: a ray may be as far as
-    /// parry says for a ray that differs in the fifth digit.
+    /// At an edge, parry's single precision may give a different result. A distance is therefore
+    /// also accepted if it matches for a ray turned by 2e-5 radians, or for solids raised or
+    /// lowered by 1e-5 m.
     #[test]
-    fn rays_go_as_far_as_parrys(
+    fn distances_match_parry_ray_casts(
         seed in 1..u64::MAX,
         scenario in scenarios(),
         pitch in prop_oneof![Just(0.0), -1.5..1.5],
@@ -236,24 +243,25 @@ proptest! {
                 let direction = Vector3::new(level.x, level.y, ray.direction.z);
                 [0.0, -1e-5, 1e-5].into_iter().any(|slack| {
                     let expected = distance_by_parry(&solids, &centre, height, &direction, slack);
-                    hit.distance == expected || (hit.distance - expected).abs() < 2e-4 * (1.0 + expected)
+                    hit.distance == expected
+                        || (hit.distance - expected).abs() < 2e-4 * (1.0 + expected)
                 })
             });
-            prop_assert!(agrees, "ray {ray:?} goes {} m in {world:?}", hit.distance);
+            prop_assert!(agrees, "{ray:?} hits at {} m in {world:?}", hit.distance);
         }
     }
 }
 
-/// The 64-bit FNV-1a checksum.
+/// Returns the 64-bit FNV-1a checksum.
 fn checksum<'bytes>(bytes: impl Iterator<Item = &'bytes u8>) -> u64 {
     bytes.fold(0xcbf2_9ce4_8422_2325, |sum, &byte| {
         (sum ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
     })
 }
 
-/// The images of a short run in every scenario are the same bytes everywhere and for ever.
+/// Checks that the images of a seeded run are byte-identical on every machine and in every version.
 #[test]
-fn images_of_a_seeded_run_do_not_change() {
+fn images_of_a_seeded_run_match_the_golden_checksums() {
     let camera = camera();
     let sums = Scenario::ALL.map(|scenario| {
         let mut world = World::new(WorldSettings::default(), scenario, 1).unwrap();

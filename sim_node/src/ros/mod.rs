@@ -1,4 +1,4 @@
-//! The node: the room behind services and topics.
+//! The ROS 2 node: makes the simulator available through services and topics.
 
 mod diagnostics;
 mod messages;
@@ -9,4 +9,4 @@ mod session;
 
 pub use node::run;
 pub use parameters::{RoomParameters, SimulatorParameters, declare_room};
-pub use session::{ClientId, Session, Visit};
+pub use session::{ClientId, Session, StampedPose};

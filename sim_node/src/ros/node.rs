@@ -1,4 +1,4 @@
-//! The node's loop: requests and commands in, answers and images out.
+//! The main loop of the node: handles requests and commands, and publishes images and statuses.
 
 use std::{pin::pin, sync::Arc, time::Duration};
 
@@ -19,19 +19,23 @@ use super::{
     diagnostics::Counters,
     messages::nanoseconds,
     parameters::{DeploymentParameters, SimulatorParameters, layout},
-    publishers::{Pace, Publishers, until},
+    publishers::{Publishers, Throttle, wait_until},
     session::{ClientId, Session},
 };
 use crate::world::World;
 
-/// Runs the simulator until it is told to end.
+/// Runs the node until it is shut down.
+///
+/// # Errors
+///
+/// Returns an error if the arguments or parameters are invalid, or if the node cannot be started.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut node = Node::new("sim_node", arguments, evac_msgs::DEFINITIONS)?;
     let parameters = node.parameters().clone();
     let SimulatorParameters { room, step_duration, deployment } =
         SimulatorParameters::declare(&parameters)?;
     let world = World::new(room.world, room.scenario, room.seed)
-        .context("the room cannot be laid out as its parameters say")?;
+        .context("the fixed_* parameters do not allow a valid layout")?;
     let mount = *room.camera.settings();
     let (session, first) = Session::new(world, room.camera, step_duration);
     let publishers = Publishers::new(&mut node)?;
@@ -39,16 +43,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let steps = node.create_server::<Step>("step")?;
     let commands = node.create_subscription::<ActionCommand>("action", reliable(1))?;
     node.start_services()?;
-    info!(
-        "the room is open: scenario {}, episode {}",
-        session.scenario(),
-        session.episode_number()
-    );
+    info!("simulator ready");
     publishers.publish_mount(&mount, &session);
-    node.tell_ready();
+    node.notify_ready();
     let counters = Counters::reported_by(node.diagnostics());
-    let mut room = Room::new(session, &publishers, &parameters, &deployment, counters);
-    room.publish(first);
+    let mut simulator = Simulator::new(session, &publishers, &parameters, &deployment, counters);
+    simulator.publish(first);
 
     let shutdown = node.shutdown().clone();
     node.block_on(shutdown.unless_requested(async {
@@ -58,80 +58,83 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         loop {
             let mut step_request = pin!(steps.next_request().fuse());
             let mut reset_request = pin!(resets.next_request().fuse());
-            let mut step_ends = pin!(until(room.step_end()).fuse());
-            let mut motion_ends = pin!(until(room.motion_end()).fuse());
-            let mut drawing_due = pin!(until(room.pace.due()).fuse());
+            let mut step_end = pin!(wait_until(simulator.step_end()).fuse());
+            let mut motion_end = pin!(wait_until(simulator.motion_end()).fuse());
+            let mut visualization_due = pin!(wait_until(simulator.throttle.due()).fuse());
             let mut frame_due = pin!(next(&mut frames).fuse());
             select! {
                 (id, request) = step_request => {
-                    if let Some((response, executed)) = room.step(id, request) {
+                    if let Some((response, executed)) = simulator.step(id, request) {
                         steps.answer(id, response).await;
-                        room.publish_if_any(executed);
+                        simulator.publish_if_executed(executed);
                     }
                 },
-                () = step_ends => if let Some((id, response, executed)) = room.finish_step() {
+                () = step_end => if let Some((id, response, executed)) = simulator.finish_step() {
                     steps.answer(id, response).await;
-                    room.publish_if_any(executed);
+                    simulator.publish_if_executed(executed);
                 },
                 (id, request) = reset_request => {
                     let client = id.writer_gid.to_bytes16();
-                    let (response, executed) = room.reset(client, &request)?;
+                    let (response, executed) = simulator.reset(client, &request)?;
                     resets.answer(id, response).await;
-                    room.publish_if_any(executed);
+                    simulator.publish_if_executed(executed);
                 },
                 command = command_stream.select_next_some() => match command {
-                    Ok((command, _)) => room.command(&command)?,
-                    Err(error) => warn!("an action cannot be read: {error}"),
+                    Ok((command, _)) => simulator.command(&command)?,
+                    Err(error) => warn!("cannot deserialize a message on action: {error}"),
                 },
-                () = motion_ends => room.finish_motion()?,
-                () = frame_due => room.publish_frame(),
-                () = arrivals.select_next_some() => room.draw(),
-                () = drawing_due => room.draw(),
+                () = motion_end => simulator.finish_motion()?,
+                () = frame_due => simulator.publish_frame(),
+                () = arrivals.select_next_some() => simulator.visualize(),
+                () = visualization_due => simulator.visualize(),
             }
         }
     }))
     .unwrap_or(Ok(()))
 }
 
-/// The answer to a request of `/step`, and what is to be published.
-type Answer = (step::Response, Option<EpisodeStatus>);
+/// The response to a `/step` request, and the status to publish if the request was executed.
+type StepResult = (step::Response, Option<EpisodeStatus>);
 
-/// A step by `/step` that takes its time.
+/// A `/step` request whose move is in progress.
 struct PendingStep {
     end: Instant,
     id: RequestId,
     request: step::Request,
 }
 
-/// The room at work: what is asked of the session, and what is published of it.
-struct Room<'a> {
+/// Passes requests, commands and the wall-clock time to the session and publishes the results.
+struct Simulator<'a> {
     session: Session,
     publishers: &'a Publishers,
     parameters: &'a Parameters,
     deployment: &'a DeploymentParameters,
     counters: Arc<Counters>,
-    /// When the clock on the wall began, and at what.
+    /// When the node started.
     started: Instant,
+    /// Simulated time when the node started. If simulated time follows the wall clock, it is
+    /// `start` plus the time since `started`.
     start: Duration,
-    /// The step by `/step` that the robot is taking.
+    /// The `/step` request that is being executed.
     pending: Option<PendingStep>,
-    pace: Pace,
-    /// Episodes that `/action` has brought to an end, and those of them that were escapes.
-    driven: u32,
-    escaped: u32,
+    throttle: Throttle,
+    /// Number of finished episodes that were controlled through `/action`.
+    episodes: u32,
+    /// Number of these episodes in which the robot escaped.
+    successes: u32,
 }
 
-impl<'a> Room<'a> {
+impl<'a> Simulator<'a> {
     fn new(
         mut session: Session,
         publishers: &'a Publishers,
         parameters: &'a Parameters,
         deployment: &'a DeploymentParameters,
         counters: Arc<Counters>,
-    ) -> Room<'a> {
+    ) -> Simulator<'a> {
         session.set_motion_time((deployment.motion_time * 1e9).round() as u64);
         let start = nanoseconds(session.now());
-        Room {
+        Simulator {
             session,
             publishers,
             parameters,
@@ -140,20 +143,21 @@ impl<'a> Room<'a> {
             started: Instant::now(),
             start: Duration::from_nanos(start),
             pending: None,
-            pace: Pace::default(),
-            driven: 0,
-            escaped: 0,
+            throttle: Throttle::default(),
+            episodes: 0,
+            successes: 0,
         }
     }
 
-    fn look_at_the_clock(&mut self) {
+    /// Passes the wall-clock time to the session if simulated time follows it.
+    fn update_time(&mut self) {
         if self.deployment.is_in_real_time() {
             self.session.set_wall_time((self.start + self.started.elapsed()).as_nanos() as u64);
         }
     }
 
-    /// The answer to a request of `/step`; none if there will be one at the end of the move.
-    fn step(&mut self, id: RequestId, request: step::Request) -> Option<Answer> {
+    /// Handles a `/step` request. Returns `None` if the response follows at the end of the move.
+    fn step(&mut self, id: RequestId, request: step::Request) -> Option<StepResult> {
         let motion_time = Duration::from_secs_f64(self.deployment.motion_time);
         if motion_time.is_zero() || !self.session.is_move(&request) {
             return Some(self.execute_step(&request));
@@ -163,17 +167,20 @@ impl<'a> Room<'a> {
                 self.pending = Some(PendingStep { end: Instant::now() + motion_time, id, request });
                 None
             }
-            // Asked for again: it is the new request that is waited for.
+            // A retry: the client waits for the response to the new request.
             Some(pending) if pending.request == request => {
                 pending.id = id;
                 None
             }
-            Some(_) => Some((self.session.busy(), None)),
+            Some(_) => {
+                Counters::count(&self.counters.refused);
+                Some((self.session.busy(), None))
+            }
         }
     }
 
-    fn execute_step(&mut self, request: &step::Request) -> Answer {
-        self.look_at_the_clock();
+    fn execute_step(&mut self, request: &step::Request) -> StepResult {
+        self.update_time();
         let (response, executed) = self.session.step(request);
         if !response.success {
             Counters::count(&self.counters.refused);
@@ -182,7 +189,7 @@ impl<'a> Room<'a> {
         (response, executed)
     }
 
-    /// When the step that the robot is taking ends.
+    /// Returns when the `/step` request in progress ends.
     fn step_end(&self) -> Option<Instant> {
         self.pending.as_ref().map(|pending| pending.end)
     }
@@ -198,25 +205,26 @@ impl<'a> Room<'a> {
         client: ClientId,
         request: &reset::Request,
     ) -> anyhow::Result<(reset::Response, Option<EpisodeStatus>)> {
-        self.look_at_the_clock();
+        self.update_time();
         let default = self.read_parameters()?;
         let (response, executed) = self.session.reset(client, request, default);
         if executed.is_some() {
-            // Whoever waits for the end of a step asks again, and hears what has become of it.
+            // A client that is waiting for a step to end will retry, and its request will be
+            // refused.
             self.pending = None;
         }
         if !response.success {
             Counters::count(&self.counters.refused);
             warn!("reset refused: {}", response.message);
         } else if executed.is_some() && !request.scenario.is_empty() {
-            // "Keep" is what the next reset without a scenario does.
+            // Later resets without a scenario use this one.
             let name = ParameterValue::String(request.scenario.clone());
             self.parameters.set("scenario", name)?;
         }
         Ok((response, executed))
     }
 
-    /// What may have changed since the last reset: the layout, and the scenario.
+    /// Reads the parameters that take effect at a reset. Sets the layout and returns the scenario.
     fn read_parameters(&mut self) -> anyhow::Result<Scenario> {
         self.session.set_layout(layout(self.parameters)?);
         let scenario: Option<String> = self.parameters.get("scenario");
@@ -225,14 +233,14 @@ impl<'a> Room<'a> {
     }
 
     fn command(&mut self, command: &ActionCommand) -> anyhow::Result<()> {
-        self.look_at_the_clock();
+        self.update_time();
         let result = match self.pending {
             Some(_) if !command.sent_by_service => Err(self.session.busy().message),
             _ => self.session.command(command),
         };
         match result {
             Ok(None) => {}
-            Ok(Some(executed)) => self.end_motion(executed)?,
+            Ok(Some(executed)) => self.complete_motion(executed)?,
             Err(reason) => {
                 Counters::count(&self.counters.refused);
                 warn!("action refused: {reason}");
@@ -241,37 +249,41 @@ impl<'a> Room<'a> {
         Ok(())
     }
 
-    /// When the move that `/action` asked for ends.
+    /// Returns when the move commanded through `/action` ends.
     fn motion_end(&self) -> Option<Instant> {
         let end = Duration::from_nanos(self.session.motion_end()?);
         Some(self.started + end.saturating_sub(self.start))
     }
 
     fn finish_motion(&mut self) -> anyhow::Result<()> {
-        self.look_at_the_clock();
+        self.update_time();
         match self.session.finish_motion() {
-            Some(executed) => self.end_motion(executed),
+            Some(executed) => self.complete_motion(executed),
             None => Ok(()),
         }
     }
 
-    /// A move of `/action` has ended, and perhaps the episode with it.
-    fn end_motion(&mut self, executed: EpisodeStatus) -> anyhow::Result<()> {
+    /// Publishes the result of a move commanded through `/action`. If the episode is over, logs its
+    /// outcome and starts the next one if `auto_reset` is set.
+    fn complete_motion(&mut self, executed: EpisodeStatus) -> anyhow::Result<()> {
         let (steps, escaped) = (executed.step, executed.terminated);
         let is_over = escaped || executed.truncated;
         self.publish(executed);
         if is_over {
-            self.driven += 1;
-            self.escaped += u32::from(escaped);
+            self.episodes += 1;
+            self.successes += u32::from(escaped);
             let outcome = if escaped { "escaped" } else { "did not escape" };
-            let (all, well) = (self.driven, self.escaped);
-            info!("the robot {outcome} in {steps} steps: {well} of {all} episodes so far");
+            let (episodes, successes) = (self.episodes, self.successes);
+            info!(
+                "the robot {outcome} in {steps} steps (success in {successes} of {episodes} \
+                 episodes so far)"
+            );
             if self.deployment.auto_reset {
-                self.look_at_the_clock();
+                self.update_time();
                 let scenario = self.read_parameters()?;
                 match self.session.next_episode(scenario) {
                     Ok(executed) => self.publish(executed),
-                    Err(reason) => warn!("there is no next episode: {reason}"),
+                    Err(reason) => warn!("cannot start the next episode: {reason}"),
                 }
             }
         }
@@ -279,13 +291,13 @@ impl<'a> Room<'a> {
     }
 
     fn publish_frame(&mut self) {
-        self.look_at_the_clock();
-        self.session.pass_time();
+        self.update_time();
+        self.session.advance_time();
         Counters::count(&self.counters.images);
         self.publishers.publish_frame(&self.session);
     }
 
-    fn publish_if_any(&mut self, executed: Option<EpisodeStatus>) {
+    fn publish_if_executed(&mut self, executed: Option<EpisodeStatus>) {
         if let Some(executed) = executed {
             self.publish(executed);
         }
@@ -297,32 +309,33 @@ impl<'a> Room<'a> {
         let counter = if is_reset { &self.counters.episodes } else { &self.counters.steps };
         Counters::count(counter);
         self.publishers.publish(executed, &self.session);
-        if self.publishers.has_viewers() {
-            self.draw();
+        if self.publishers.has_visualization_subscribers() {
+            self.visualize();
         }
     }
 
-    /// Draws, now or when it is due.
-    fn draw(&mut self) {
-        if self.pace.is_now() {
-            self.publishers.draw(&self.session);
+    /// Publishes the visualization now, or later when the throttle permits it.
+    fn visualize(&mut self) {
+        if self.throttle.request() {
+            self.publishers.publish_visualization(&self.session);
         }
     }
 }
 
 impl DeploymentParameters {
-    /// When images are due that nothing else brings about; `None`: never.
+    /// Returns the timer for images published in addition to the image after each reset or step;
+    /// `None` if `frame_rate` is 0.
     fn frames(&self) -> Option<Interval> {
         (self.frame_rate > 0.0).then(|| {
             let mut frames = interval(Duration::from_secs_f64(1.0 / self.frame_rate));
-            // An image that was missed is of no use later.
+            // Skips missed images: the next one shows the current state.
             frames.set_missed_tick_behavior(MissedTickBehavior::Skip);
             frames
         })
     }
 }
 
-/// Waits until the next image is due, or for ever.
+/// Waits until the next image is due, or forever if there is no timer.
 async fn next(frames: &mut Option<Interval>) {
     match frames {
         Some(frames) => drop(frames.tick().await),

@@ -1,4 +1,4 @@
-//! The node's parameters.
+//! The parameters of the node.
 
 use anyhow::Context;
 use ros_runtime::parameters::{Check, Descriptor, ParameterError, ParameterValue, Parameters};
@@ -9,64 +9,77 @@ use crate::{
     world::{Layout, LayoutError, WorldSettings},
 };
 
-/// What the room is like.
+/// The parameters of the simulated world.
 pub struct RoomParameters {
-    /// The scenario to begin with.
+    /// Scenario of the first episode.
     pub scenario: Scenario,
-    /// What the world is like in all of them.
+    /// World settings for all scenarios.
     pub world: WorldSettings,
-    /// The camera on its mount.
+    /// Camera with the mount given by the `camera.*` parameters.
     pub camera: Camera,
-    /// The seed of the simulator's own random state.
+    /// Seed of the simulator's own random state.
     pub seed: u64,
 }
 
-/// How the node takes a robot's place.
+/// The parameters that make the simulator behave like a robot.
 pub struct DeploymentParameters {
-    /// How many images a second it sends besides those of resets and steps.
+    /// Rate, in Hz of wall-clock time, at which images are published in addition to the image after
+    /// each reset or step; 0 for none.
     pub frame_rate: f64,
-    /// Whether the next episode begins by itself.
+    /// Whether the next episode starts automatically after one controlled through `/action`.
     pub auto_reset: bool,
-    /// How long a move takes, in seconds.
+    /// Duration of a move, in seconds of wall-clock time; 0 for instantaneous moves.
     pub motion_time: f64,
 }
 
 /// All parameters of the node.
 pub struct SimulatorParameters {
-    /// What the room is like.
+    /// Parameters of the simulated world.
     pub room: RoomParameters,
-    /// The simulated time of a step or reset, in seconds.
+    /// Simulated duration of a step or reset, in seconds.
     pub step_duration: f64,
-    /// How the node takes a robot's place.
+    /// Parameters that make the simulator behave like a robot.
     pub deployment: DeploymentParameters,
 }
 
 impl SimulatorParameters {
-    /// Declares them, and refuses any other.
+    /// Declares all parameters of the node.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if a value is invalid or an override names an unknown parameter.
     pub fn declare(parameters: &Parameters) -> anyhow::Result<SimulatorParameters> {
         let room = declare_room(parameters)?;
         let step_duration = parameters.declare(
             "step_duration",
             0.5,
-            Descriptor::read_only("simulated time of a step or reset, in seconds")
-                .range(1e-9..=3600.0),
+            at_start(
+                "simulated duration of a step or reset, in seconds; simulated time follows the \
+                 wall clock instead if frame_rate or motion_time is above 0",
+            )
+            .range(1e-9..=3600.0),
         )?;
         let deployment = DeploymentParameters::declare(parameters)?;
-        parameters.refuse_undeclared()?;
+        parameters.reject_undeclared()?;
         Ok(SimulatorParameters { room, step_duration, deployment })
     }
 }
 
 impl DeploymentParameters {
-    /// Declares them.
+    /// Declares the parameters.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if a value is invalid.
     pub fn declare(parameters: &Parameters) -> Result<DeploymentParameters, ParameterError> {
         Ok(DeploymentParameters {
             frame_rate: parameters.declare(
                 "frame_rate",
                 0.0,
-                Descriptor::read_only(
-                    "images a second besides those of resets and steps, with new stamps; time is \
-                     then that of the clock on the wall",
+                at_start(
+                    "rate, in Hz of wall-clock time, at which images are published in addition to \
+                     the image after each reset or step; 0 for none; if above 0, simulated time \
+                     follows the wall clock",
                 )
                 .range(0.0..=1000.0)
                 .check(|value| match value {
@@ -79,52 +92,71 @@ impl DeploymentParameters {
             auto_reset: parameters.declare(
                 "auto_reset",
                 false,
-                Descriptor::read_only("begin a new episode when one that /action moves is over"),
+                at_start("start a new episode when one controlled through the /action topic ends"),
             )?,
             motion_time: parameters.declare(
                 "motion_time",
                 0.0,
-                Descriptor::read_only(
-                    "how long a move takes, in seconds by the clock on the wall; its answer and its \
-                     image come at its end",
+                at_start(
+                    "duration of a move, in seconds of wall-clock time; the response and the image \
+                     are sent when the move ends; if above 0, simulated time follows the wall \
+                     clock",
                 )
                 .range(0.0..=60.0),
             )?,
         })
     }
 
-    /// Whether time is that of the clock on the wall.
+    /// Returns whether the simulated time follows the wall clock.
     pub fn is_in_real_time(&self) -> bool {
         self.frame_rate > 0.0 || self.motion_time > 0.0
     }
 }
 
-/// Declares what makes the room.
+/// Returns the descriptor of a read-only parameter.
+fn at_start(description: &str) -> Descriptor {
+    Descriptor::read_only(&format!("{description}; read at startup"))
+}
+
+/// Returns the descriptor of a parameter that takes effect at the next reset.
+fn at_next_reset(description: &str) -> Descriptor {
+    Descriptor::dynamic(&format!("{description}; takes effect at the next reset"))
+}
+
+/// Declares the parameters of the simulated world.
+///
+/// # Errors
+///
+/// Returns an error if a value is invalid.
 pub fn declare_room(parameters: &Parameters) -> anyhow::Result<RoomParameters> {
     let scenario = parameters.declare(
         "scenario",
         Scenario::Empty.name().to_owned(),
-        Descriptor::dynamic("the scenario of resets that name none, from the next one on")
-            .choices(Scenario::ALL.map(Scenario::name)),
+        at_next_reset(
+            "scenario for resets whose request does not name one; a request that names a scenario \
+             sets this parameter",
+        )
+        .choices(Scenario::ALL.map(Scenario::name)),
     )?;
     let defaults = WorldSettings::default();
     let seed = parameters.declare(
         "seed",
         0_i64,
-        Descriptor::read_only("where the simulator's own random state starts")
+        at_start("seed of the simulator's own random state, used by resets without a seed")
             .range(0.0..=((1_u64 << 53) - 1) as f64),
     )?;
     let max_steps = parameters.declare(
         "max_steps",
         i64::from(defaults.max_steps),
-        Descriptor::read_only("an episode is truncated after so many steps")
+        at_start("number of steps after which an episode is truncated")
             .range(1.0..=f64::from(u32::MAX)),
     )?;
     let heading_deviation = parameters.declare(
         "heading_deviation",
         defaults.heading_deviation,
-        Descriptor::read_only(
-            "standard deviation of the angle by which a moving cylinder turns at each step, in radians",
+        at_start(
+            "standard deviation, in radians, of the angle by which a moving cylinder turns at each \
+             step",
         )
         .range(0.0..=100.0),
     )?;
@@ -139,31 +171,39 @@ const FIXED_EXIT: &str = "fixed_exit";
 const FIXED_CYLINDERS: &str = "fixed_cylinders";
 const FIXED_ROBOT: &str = "fixed_robot";
 
-/// Each list is refused alone if it says nothing. Whether what they say fits together, and into a
-/// scenario, only the next reset can tell.
+/// Declares the parameters of the fixed layout.
+///
+/// Each list is checked individually when it is set. The next reset checks whether the lists are
+/// compatible with each other and with the scenario.
 fn declare_layout(parameters: &Parameters) -> Result<(), ParameterError> {
     let list = |name, description: &str, check: Check| {
-        let descriptor = Descriptor::dynamic(&format!("{description}; from the next reset on"));
-        parameters.declare(name, Vec::<f64>::new(), descriptor.check(check)).map(drop)
+        let descriptor = at_next_reset(description).check(check);
+        parameters.declare(name, Vec::<f64>::new(), descriptor).map(drop)
     };
     list(
         FIXED_EXIT,
-        "[wall, offset]: wall 0 to 3 for +x, +y, -x, -y; metres; empty: random",
+        "fixed exit [wall, offset]: wall 0 to 3 for +x, +y, -x, -y; offset from the middle of the \
+         wall in metres, -1 to 1; empty for a random exit",
         |value| check_layout(numbers(value), &[], &[]),
     )?;
-    list(FIXED_CYLINDERS, "[x, y, ...] of the centres in metres; empty: random", |value| {
-        check_layout(&[], numbers(value), &[])
-    })?;
-    list(FIXED_ROBOT, "[x, y, yaw] in metres and radians; empty: random", |value| {
-        check_layout(&[], &[], numbers(value))
-    })
+    list(
+        FIXED_CYLINDERS,
+        "fixed centres [x, y, ...] of all cylinders of the scenario, in metres; empty for random \
+         centres",
+        |value| check_layout(&[], numbers(value), &[]),
+    )?;
+    list(
+        FIXED_ROBOT,
+        "fixed start pose [x, y, yaw] of the robot, in metres and radians; empty for a random pose",
+        |value| check_layout(&[], &[], numbers(value)),
+    )
 }
 
 fn check_layout(exit: &[f64], cylinders: &[f64], robot: &[f64]) -> Result<(), String> {
     Layout::from_lists(exit, cylinders, robot).map(drop).map_err(|error| error.to_string())
 }
 
-/// The numbers of a list; a check sees no other type than the declared one.
+/// Returns the numbers of a list. The value passed to a check always has the declared type.
 fn numbers(value: &ParameterValue) -> &[f64] {
     match value {
         ParameterValue::DoubleArray(numbers) => numbers,
@@ -171,7 +211,7 @@ fn numbers(value: &ParameterValue) -> &[f64] {
     }
 }
 
-/// What the parameters hold fixed now.
+/// Returns the fixed layout that the parameters currently describe.
 pub(super) fn layout(parameters: &Parameters) -> Result<Layout, LayoutError> {
     let list = |name| parameters.get::<Vec<f64>>(name).unwrap_or_default();
     Layout::from_lists(&list(FIXED_EXIT), &list(FIXED_CYLINDERS), &list(FIXED_ROBOT))
@@ -180,15 +220,31 @@ pub(super) fn layout(parameters: &Parameters) -> Result<Layout, LayoutError> {
 fn declare_camera(parameters: &Parameters) -> anyhow::Result<Camera> {
     let defaults = CameraSettings::default();
     let number = |name, default, description| -> Result<f64, ParameterError> {
-        parameters.declare(name, default, Descriptor::read_only(description))
+        parameters.declare(name, default, at_start(description))
     };
     let settings = CameraSettings {
-        forward: number("camera.forward", defaults.forward, "ahead of the robot's centre, metres")?,
-        left: number("camera.left", defaults.left, "left of the robot's centre, metres")?,
-        height: number("camera.height", defaults.height, "above the floor, metres")?,
-        pitch: number("camera.pitch", defaults.pitch, "downwards, radians")?,
+        forward: number(
+            "camera.forward",
+            defaults.forward,
+            "distance of the camera ahead of the robot's centre, in metres, -0.075 to 0.075",
+        )?,
+        left: number(
+            "camera.left",
+            defaults.left,
+            "distance of the camera to the left of the robot's centre, in metres, -0.075 to 0.075",
+        )?,
+        height: number(
+            "camera.height",
+            defaults.height,
+            "height of the camera above the floor, in metres, above 0 and below 0.25",
+        )?,
+        pitch: number(
+            "camera.pitch",
+            defaults.pitch,
+            "downward pitch of the camera, in radians, -pi/2 to pi/2",
+        )?,
     };
-    Camera::new(settings).context("the parameters camera.*")
+    Camera::new(settings).context("camera.* parameters")
 }
 
 #[cfg(test)]
@@ -209,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_fixed_can_be_changed_while_the_node_runs() {
+    fn the_fixed_layout_can_be_changed_while_the_node_runs() {
         let parameters = parameters("-p fixed_exit:=[2,0.5]");
         let room = declare_room(&parameters).unwrap();
         let first = Layout::from_lists(&[2.0, 0.5], &[], &[]).unwrap();
@@ -223,15 +279,15 @@ mod tests {
     }
 
     #[test]
-    fn a_list_that_says_nothing_is_refused_with_its_right_form() {
+    fn the_error_for_an_invalid_list_states_the_expected_format() {
         let parameters = parameters("");
         declare_room(&parameters).unwrap();
         for (name, numbers, expected) in [
-            (FIXED_EXIT, &[1.0][..], "it is [wall, offset], or empty"),
-            (FIXED_EXIT, &[1.0, 1.5], "the offset is within ±1 m"),
-            (FIXED_EXIT, &[4.0, 0.0], "a wall is 0 (+x), 1 (+y), 2 (-x) or 3 (-y)"),
-            (FIXED_CYLINDERS, &[0.0, 0.0, 0.0], "two for each cylinder"),
-            (FIXED_ROBOT, &[0.0, 0.0], "it is [x, y, yaw], or empty"),
+            (FIXED_EXIT, &[1.0][..], "expected: [wall, offset], or empty"),
+            (FIXED_EXIT, &[1.0, 1.5], "within ±1 m"),
+            (FIXED_EXIT, &[4.0, 0.0], "expected: 0 for +x, 1 for +y, 2 for -x, 3 for -y"),
+            (FIXED_CYLINDERS, &[0.0, 0.0, 0.0], "two per cylinder"),
+            (FIXED_ROBOT, &[0.0, 0.0], "expected: [x, y, yaw], or empty"),
             (FIXED_ROBOT, &[0.0, 0.0, f64::NAN], "not a finite number"),
         ] {
             let error = parameters.set(name, list(numbers)).unwrap_err().to_string();

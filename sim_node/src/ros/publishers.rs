@@ -1,4 +1,4 @@
-//! What the node publishes of everything that is executed.
+//! The publishers of the node.
 
 use std::{future, time::Duration};
 
@@ -21,15 +21,16 @@ use tokio::time::{Instant, sleep_until};
 use super::{messages, session::Session};
 use crate::camera::CameraSettings;
 
-/// The shortest time between two drawings: RViz, too, draws 30 times a second.
-const DRAWING_INTERVAL: Duration = Duration::from_millis(33);
+/// Minimum time between two visualizations: RViz renders 30 times per second.
+const VISUALIZATION_INTERVAL: Duration = Duration::from_millis(33);
 
-/// Every topic of the node. What nobody reads is not made.
+/// The publishers of all topics. Images and other large messages are created only if their topic
+/// has subscribers.
 ///
-/// The path and the scene are drawings, for people: they follow every reset and step, but where
-/// thousands of steps are taken in a second only 30 times. They are large, a path grows with its
-/// episode, and RustDDS keeps for six seconds what it has sent: with a drawing for each step it would
-/// soon be hundreds of megabytes, and the answers to the agent would wait behind them.
+/// The path and the scene are for visualization: they are published after each reset and step, but
+/// at most 30 times per second. They are large, the path grows during an episode, and RustDDS keeps
+/// sent messages for six seconds. At thousands of steps per second, a visualization of each step
+/// would take hundreds of megabytes and delay the responses to the agent.
 pub(super) struct Publishers {
     clock: Publisher<Clock>,
     transforms: Publisher<TFMessage>,
@@ -46,7 +47,7 @@ impl Publishers {
     pub(super) fn new(node: &mut Node) -> Result<Publishers, NodeError> {
         Ok(Publishers {
             clock: node.create_publisher("clock", reliable(10))?,
-            // The depths of tf2_ros.
+            // The depths are those of tf2_ros.
             transforms: node.create_publisher("tf", reliable(100))?,
             static_transforms: node.create_publisher("tf_static", latched(1))?,
             odometry: node.create_publisher("odom", reliable(10))?,
@@ -58,19 +59,19 @@ impl Publishers {
         })
     }
 
-    /// Publishes what never changes. The middleware keeps it for those who come later.
+    /// Publishes the camera mount on `tf_static`, which is latched.
     pub(super) fn publish_mount(&self, camera: &CameraSettings, session: &Session) {
         self.static_transforms.publish(messages::mount(camera, session.now()));
     }
 
-    /// Publishes what was executed, but for the drawings. The time comes first, and then where
-    /// things are: whoever gets an image may look that up.
+    /// Publishes the state after a reset or step, except for the visualization.
     pub(super) fn publish(&self, executed: EpisodeStatus, session: &Session) {
         self.publish_frame(session);
         self.statuses.publish_with(|| executed);
     }
 
-    /// Publishes what the camera sees, and where it stands.
+    /// Publishes image, camera info, time and pose. The image comes last, because its subscribers
+    /// may look up the time and the pose with the same stamp.
     pub(super) fn publish_frame(&self, session: &Session) {
         let (now, robot) = (session.now(), session.world().robot());
         self.clock.publish_with(|| Clock { clock: now });
@@ -80,38 +81,38 @@ impl Publishers {
         self.images.publish_with(|| session.image());
     }
 
-    /// Whether anybody looks at a drawing.
-    pub(super) fn has_viewers(&self) -> bool {
-        self.path.has_readers() || self.scene.has_readers()
+    /// Returns whether the visualization has subscribers.
+    pub(super) fn has_visualization_subscribers(&self) -> bool {
+        self.path.has_subscribers() || self.scene.has_subscribers()
     }
 
-    /// Somebody may have come who does not know the scene.
+    /// Yields an item whenever a new subscriber may lack the scene.
     pub(super) fn arrivals(&self) -> impl Stream<Item = ()> {
         self.scene.arrivals()
     }
 
-    /// Publishes the drawings.
-    pub(super) fn draw(&self, session: &Session) {
+    /// Publishes the visualization: path and scene.
+    pub(super) fn publish_visualization(&self, session: &Session) {
         self.path.publish_with(|| messages::path(session.path(), session.now()));
         self.scene.publish_with(|| messages::scene(session.world(), session.now()));
     }
 }
 
-/// When to draw: at once, unless the last drawing was made a moment ago.
+/// Limits the rate of visualizations and delays the last one instead of dropping it.
 #[derive(Default)]
-pub(super) struct Pace {
+pub(super) struct Throttle {
     latest: Option<Instant>,
     due: Option<Instant>,
 }
 
-impl Pace {
-    /// There is something new: whether it is to be drawn now. If not, it will be due.
-    pub(super) fn is_now(&mut self) -> bool {
+impl Throttle {
+    /// Returns whether to publish a new state now. If not, the state becomes due later.
+    pub(super) fn request(&mut self) -> bool {
         let now = Instant::now();
-        match self.latest.map(|latest| latest + DRAWING_INTERVAL).filter(|earliest| *earliest > now)
-        {
+        let earliest = self.latest.map(|latest| latest + VISUALIZATION_INTERVAL);
+        match earliest.filter(|earliest| *earliest > now) {
             None => {
-                *self = Pace { latest: Some(now), due: None };
+                *self = Throttle { latest: Some(now), due: None };
                 true
             }
             earliest => {
@@ -121,16 +122,16 @@ impl Pace {
         }
     }
 
-    /// When something is due that has not been drawn.
+    /// Returns when the delayed state is due, if there is one.
     pub(super) fn due(&self) -> Option<Instant> {
         self.due
     }
 }
 
-/// Waits for a moment, or for ever.
-pub(super) async fn until(moment: Option<Instant>) {
-    match moment {
-        Some(moment) => sleep_until(moment).await,
+/// Waits until `time`, or forever if it is `None`.
+pub(super) async fn wait_until(time: Option<Instant>) {
+    match time {
+        Some(time) => sleep_until(time).await,
         None => future::pending().await,
     }
 }
@@ -140,15 +141,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn drawings_keep_their_distance_and_the_last_one_is_not_forgotten() {
-        let mut pace = Pace::default();
-        assert!(pace.is_now());
-        assert_eq!(pace.due(), None);
-        let first = pace.latest.unwrap();
-        assert!(!pace.is_now() && !pace.is_now());
-        assert_eq!(pace.due(), Some(first + DRAWING_INTERVAL));
-        pace.latest = Some(first - DRAWING_INTERVAL);
-        assert!(pace.is_now());
-        assert_eq!(pace.due(), None);
+    fn the_throttle_delays_the_last_state_instead_of_dropping_it() {
+        let mut throttle = Throttle::default();
+        assert!(throttle.request());
+        assert_eq!(throttle.due(), None);
+        let first = throttle.latest.unwrap();
+        assert!(!throttle.request() && !throttle.request());
+        assert_eq!(throttle.due(), Some(first + VISUALIZATION_INTERVAL));
+        throttle.latest = Some(first - VISUALIZATION_INTERVAL);
+        assert!(throttle.request());
+        assert_eq!(throttle.due(), None);
     }
 }

@@ -1,9 +1,9 @@
-//! Who may do what with the room, and when: the rules of `/reset`, `/step` and `/action`.
+//! The protocol of `/reset`, `/step` and `/action`, as a state machine without DDS.
 //!
-//! Requests may be lost, repeated, late, or somebody else's. Numbers tell them apart: a client
-//! numbers its resets, the simulator its episodes, and an episode its steps. A request that was
-//! executed before is answered as before and executes nothing; one that fits nowhere is refused and
-//! changes nothing. No DDS here: messages in, messages out.
+//! Requests can be lost, duplicated, delayed, or sent by another client. Numbers identify them: a
+//! client numbers its resets, the simulator numbers its episodes, and the steps of each episode are
+//! numbered. A duplicate gets the stored response, and nothing is executed. A request that is
+//! neither new nor a duplicate is refused and changes nothing.
 
 mod reset_ledger;
 mod timeline;
@@ -26,80 +26,86 @@ use crate::{
     world::{Layout, World},
 };
 
-/// A client, as DDS identifies it.
+/// The GUID of a client's DDS request writer.
 pub type ClientId = [u8; 16];
 
-/// How many steps of an episode find room in the path from the start, so that none of them waits for
-/// memory: as many as an episode usually has at most.
+/// Maximum number of steps for which the memory of the path is allocated in advance, so that these
+/// steps do not reallocate it. Equals the default step limit.
 const PATH_CAPACITY: u32 = 10_000;
 
-/// Where the robot was, and when.
+/// A pose of the robot with its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Visit {
-    /// Nanoseconds since the start.
+pub struct StampedPose {
+    /// Simulated time in nanoseconds.
     pub time: u64,
-    /// The pose of the robot's centre.
+    /// Pose of the robot's centre, in metres and radians.
     pub pose: Isometry2<f64>,
 }
 
-/// A room, its episode, and what was asked of it so far.
+/// A world with its camera and clock, and the state of the protocol.
+///
+/// The methods that handle requests return the response and, if the request was executed, the
+/// [`EpisodeStatus`] to publish.
 #[derive(Clone)]
 pub struct Session {
     world: World,
     camera: Camera,
     time: Timeline,
-    /// How long a move by `/action` takes, in nanoseconds.
+    /// Duration of a move commanded through `/action`, in nanoseconds.
     motion_time: u64,
     motion: Option<Motion>,
-    /// The upper half of this simulator's episode numbers; 0 marks those that no simulator gave.
+    /// Upper 32 bits of the episode numbers of this run. They are never 0, so no episode number is
+    /// below 2^32.
     simulator: NonZeroU32,
-    /// The lower half of the present one's.
+    /// Lower 32 bits of the number of the current episode.
     episode: u32,
     seed: u64,
-    /// The pose that the episode began with, and that after each step.
-    path: Vec<Visit>,
+    /// Start pose of the episode, and the pose after each step.
+    path: Vec<StampedPose>,
     control: Option<Control>,
     resets: ResetLedger,
-    /// The latest action and its answer, whose image is left out: the room still shows it.
+    /// The latest action and its response without the image, which can be rendered again.
     latest_step: Option<(u8, step::Response)>,
 }
 
-/// A move that takes its time.
+/// A move in progress.
 #[derive(Clone)]
 struct Motion {
     action: Action,
-    /// When it ends, by the clock on the wall.
+    /// End of the move, in nanoseconds of wall-clock time.
     end: u64,
 }
 
-/// What moves the robot in an episode: whoever came first.
+/// The interface that controls the robot in an episode: the first one used.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Control {
     Service,
     Topic,
 }
 
-/// What a request of `/step` is, if it is not refused.
-enum Judgement {
-    /// One that was answered before, so.
-    Repetition(step::Response),
-    /// The next step.
+/// The classification of a `/step` request that is not refused.
+enum Verdict {
+    /// A duplicate of the latest step, with the stored response.
+    Duplicate(step::Response),
+    /// The next step of the episode.
     Move { action: Action, number: u32 },
 }
 
-/// Why a request is not executed: a status, and what to tell the client.
+/// The status and message of a refused request.
 type Refusal = (u8, String);
 
 impl Session {
-    /// A session at its first episode, which nobody asked for; its image is the first to publish.
+    /// Creates a session and starts its first episode. Returns the status of that episode, which is
+    /// the first status to publish.
     ///
-    /// `step_duration` is the simulated time of a step in seconds.
+    /// `step_duration` is the simulated duration of a step or reset in seconds. The upper 32 bits
+    /// of the episode numbers are drawn at random.
     pub fn new(world: World, camera: Camera, step_duration: f64) -> (Session, EpisodeStatus) {
         Session::numbered(rand::rng().random(), world, camera, step_duration)
     }
 
-    /// As [`Session::new`], with the upper half of the episodes' numbers, which must not be that of
-    /// an earlier start.
+    /// Creates a session like [`Session::new`], but with `simulator` as the upper 32 bits of the
+    /// episode numbers. `simulator` must differ from the values of earlier runs.
     pub fn numbered(
         simulator: NonZeroU32,
         world: World,
@@ -124,97 +130,104 @@ impl Session {
         (session, first)
     }
 
-    /// The scenario of the present episode.
+    /// Returns the scenario of the current episode.
     pub fn scenario(&self) -> Scenario {
         self.world.scenario()
     }
 
-    /// The room as it is now.
+    /// Returns the world.
     pub fn world(&self) -> &World {
         &self.world
     }
 
-    /// Where the robot has been in the present episode: at its start, and after each step.
-    pub fn path(&self) -> &[Visit] {
+    /// Returns the path of the current episode: the start pose, and the pose after each step.
+    pub fn path(&self) -> &[StampedPose] {
         &self.path
     }
 
-    /// The time of the simulation, which is the stamp of the latest image.
+    /// Returns the simulated time, which is the stamp of the latest image.
     pub fn now(&self) -> Time {
         messages::stamp(self.time.now())
     }
 
-    /// Holds something else fixed from the next reset on.
+    /// Sets the fixed layout for subsequent resets.
     pub fn set_layout(&mut self, layout: Layout) {
         self.world.set_layout(layout);
     }
 
-    /// Lets moves by `/action` take so many nanoseconds, by the clock of [`Session::set_wall_time`].
+    /// Sets the duration of moves commanded through `/action`, in nanoseconds of wall-clock time; 0
+    /// executes them at once.
     pub fn set_motion_time(&mut self, nanoseconds: u64) {
         self.motion_time = nanoseconds;
     }
 
-    /// From now on the time of the simulation follows a clock on the wall, which says so many
-    /// nanoseconds since the start.
+    /// Sets the wall-clock time, in nanoseconds since the start. From then on, simulated time
+    /// follows it.
     pub fn set_wall_time(&mut self, nanoseconds: u64) {
-        self.time.follow(nanoseconds);
+        self.time.set_wall_time(nanoseconds);
     }
 
-    /// What the camera sees now, with the stamp of the present time.
+    /// Renders the current image, stamped with the simulated time.
     pub fn image(&self) -> Image {
         messages::image(&self.camera, &self.world, self.now())
     }
 
-    /// Lets time pass between steps, for an image that is sent once more.
-    pub fn pass_time(&mut self) {
-        self.time.pass();
+    /// Advances the simulated time without a step, before an image is published again.
+    pub fn advance_time(&mut self) {
+        self.time.advance();
     }
 
-    /// When the move under way ends, by the clock on the wall.
+    /// Returns the end of the move in progress, in nanoseconds of wall-clock time.
     pub fn motion_end(&self) -> Option<u64> {
         self.motion.as_ref().map(|motion| motion.end)
     }
 
-    /// Ends the move under way, if its time has come.
+    /// Completes the move in progress if its end has been reached. Returns the status to publish.
     pub fn finish_motion(&mut self) -> Option<EpisodeStatus> {
-        let motion =
-            self.motion.take_if(|motion| self.time.wall().is_some_and(|now| now >= motion.end))?;
-        // The episode is not over: nothing else moves the robot meanwhile.
+        let now = self.time.wall_time()?;
+        let motion = self.motion.take_if(|motion| now >= motion.end)?;
+        // The episode is not over, because nothing else moves the robot during the move.
         self.execute(motion.action, Control::Topic).ok()
     }
 
-    /// Begins another episode, as a reset by nobody does that has no seed.
+    /// Starts the next episode without a request, with the simulator's own random state.
+    ///
+    /// # Errors
+    ///
+    /// Returns a message if the fixed layout is invalid in the scenario. Nothing changes in that
+    /// case.
     pub fn next_episode(&mut self, scenario: Scenario) -> Result<EpisodeStatus, String> {
         self.world.reset(None, Some(scenario)).map_err(|error| error.to_string())?;
         Ok(self.begin_episode(0))
     }
 
-    /// The number of the present episode.
+    /// Returns the number of the current episode: the upper 32 bits identify the run of the
+    /// simulator, the lower 32 bits count its episodes from 1.
     pub fn episode_number(&self) -> u64 {
         u64::from(self.simulator.get()) << 32 | u64::from(self.episode)
     }
 
-    /// Answers `/reset`. `default_scenario` is for requests that name none.
+    /// Executes a `/reset` request. `default_scenario` applies if the request has no scenario.
     pub fn reset(
         &mut self,
         client: ClientId,
         request: &reset::Request,
         default_scenario: Scenario,
     ) -> (reset::Response, Option<EpisodeStatus>) {
-        if let Some(answer) = self.resets.answered(client, request, self.world.steps()) {
+        if let Some(stored) = self.resets.stored_response(client, request, self.world.steps()) {
             let refused = |message| self.refused_reset((status::SUPERSEDED, message));
-            return (answer.unwrap_or_else(refused), None);
+            return (stored.unwrap_or_else(refused), None);
         }
         let scenario = match request.scenario.as_str() {
             "" => Ok(default_scenario),
             name => name.parse::<Scenario>().map_err(|error| error.to_string()),
         };
-        let placed = scenario.and_then(|scenario| {
+        let result = scenario.and_then(|scenario| {
             let seed = NonZeroU64::new(request.seed);
             self.world.reset(seed, Some(scenario)).map_err(|error| error.to_string())
         });
-        if let Err(reason) = placed {
-            return (self.refused_reset((status::INVALID_SCENARIO, reason)), None);
+        if let Err(message) = result {
+            return (self.refused_reset((status::INVALID_SCENARIO, message)), None);
         }
         let executed = self.begin_episode(request.seed);
         let response = reset::Response {
@@ -224,7 +237,7 @@ impl Session {
             episode: self.episode_number(),
             image: self.image(),
         };
-        self.resets.note(client, request, &response);
+        self.resets.store(client, request, &response);
         (response, Some(executed))
     }
 
@@ -233,18 +246,16 @@ impl Session {
         reset::Response { success: false, status, message, episode, image: Image::default() }
     }
 
-    /// Answers `/step`.
+    /// Executes a `/step` request.
     pub fn step(&mut self, request: &step::Request) -> (step::Response, Option<EpisodeStatus>) {
         self.try_step(request).unwrap_or_else(|refusal| (self.refused_step(refusal), None))
     }
 
-    /// The answer to a request that comes while the robot carries out another one.
+    /// Returns the response that refuses a `/step` request during a move.
     pub fn busy(&self) -> step::Response {
         let step = self.world.steps() + 1;
-        self.refused_step((
-            status::OUT_OF_ORDER,
-            format!("the robot is moving: it takes step {step}"),
-        ))
+        let message = format!("the robot is still executing step {step}");
+        self.refused_step((status::OUT_OF_ORDER, message))
     }
 
     fn refused_step(&self, (status, message): Refusal) -> step::Response {
@@ -257,23 +268,24 @@ impl Session {
         }
     }
 
-    /// Whether a request of `/step` would move the robot now: it is neither refused nor a repetition.
+    /// Returns whether a `/step` request would move the robot, that is, whether it is neither
+    /// refused nor a duplicate.
     pub fn is_move(&self, request: &step::Request) -> bool {
-        matches!(self.judge(request), Ok(Judgement::Move { .. }))
+        matches!(self.classify(request), Ok(Verdict::Move { .. }))
     }
 
     fn try_step(
         &mut self,
         request: &step::Request,
     ) -> Result<(step::Response, Option<EpisodeStatus>), Refusal> {
-        let (action, number) = match self.judge(request)? {
-            Judgement::Repetition(stored) => {
-                // Nothing has moved since: the room is as it was, and the stamp that of the step.
-                let stamp = messages::stamp(self.time.settled());
+        let (action, number) = match self.classify(request)? {
+            Verdict::Duplicate(stored) => {
+                // Nothing has moved since the step, so the image has not changed.
+                let stamp = messages::stamp(self.time.last_change());
                 let image = messages::image(&self.camera, &self.world, stamp);
                 return Ok((step::Response { image, ..stored }, None));
             }
-            Judgement::Move { action, number } => (action, number),
+            Verdict::Move { action, number } => (action, number),
         };
         let executed = self.execute(action, Control::Service)?;
         let response = step::Response {
@@ -291,33 +303,38 @@ impl Session {
         Ok((step::Response { image: self.image(), ..response }, Some(executed)))
     }
 
-    /// What a request of `/step` is, or why it is refused.
-    fn judge(&self, request: &step::Request) -> Result<Judgement, Refusal> {
+    /// Classifies a `/step` request, or returns why it is refused.
+    fn classify(&self, request: &step::Request) -> Result<Verdict, Refusal> {
         let action = action(request.action)?;
         self.check_episode(request.episode)?;
         self.check_control(Control::Service)?;
-        let taken = self.world.steps();
-        let number = if request.step == 0 { taken + 1 } else { request.step };
-        if let (true, Some((latest, response))) = (number == taken, &self.latest_step) {
-            return match *latest == request.action {
-                true => Ok(Judgement::Repetition(response.clone())),
+        let executed = self.world.steps();
+        let number = if request.step == 0 { executed + 1 } else { request.step };
+        if let (true, Some((latest, response))) = (number == executed, &self.latest_step) {
+            let action = request.action;
+            return match *latest == action {
+                true => Ok(Verdict::Duplicate(response.clone())),
                 false => Err((
                     status::ACTION_DIFFERS,
-                    format!("step {number} was taken with action {latest}, not {}", request.action),
+                    format!("step {number} was executed with action {latest}, not {action}"),
                 )),
             };
         }
         self.check_not_over(number)?;
-        if number != taken + 1 {
-            let next = taken + 1;
+        if number != executed + 1 {
+            let next = executed + 1;
             let message = format!("step {number} is out of order: the next step is {next}");
             return Err((status::OUT_OF_ORDER, message));
         }
-        Ok(Judgement::Move { action, number })
+        Ok(Verdict::Move { action, number })
     }
 
-    /// Obeys `/action`: what was executed, nothing if the command is only for those who watch, or
-    /// why it is refused.
+    /// Executes an `/action` command. Returns the status to publish, or `None` if the command
+    /// starts a move that takes time or was sent through the service.
+    ///
+    /// # Errors
+    ///
+    /// Returns a message if the command is refused. Nothing changes in that case.
     pub fn command(&mut self, command: &ActionCommand) -> Result<Option<EpisodeStatus>, String> {
         if command.sent_by_service {
             return Ok(None);
@@ -326,11 +343,11 @@ impl Session {
             let action = action(command.action)?;
             session.check_control(Control::Topic)?;
             session.check_not_over(session.world.steps() + 1)?;
-            session.check_up_to_date(command.header.stamp)?;
+            session.check_current(command.header.stamp)?;
             if session.motion_time == 0 {
                 return Ok(Some(session.execute(action, Control::Topic)?));
             }
-            let now = session.time.wall().unwrap_or(session.time.now());
+            let now = session.time.wall_time().unwrap_or(session.time.now());
             session.motion = Some(Motion { action, end: now + session.motion_time });
             session.control = Some(Control::Topic);
             Ok(None)
@@ -338,22 +355,22 @@ impl Session {
         execute(self).map_err(|(_, message): Refusal| message)
     }
 
-    /// A command answers an image: not one that was taken before things stood as they do, and none
-    /// while the robot moves. A stamp of zero is somebody's by hand.
-    fn check_up_to_date(&self, stamp: Time) -> Result<(), Refusal> {
+    /// Refuses a command that arrives during a move or whose image is older than the end of
+    /// the last move or reset. A manual command, which has stamp 0, is refused only during a move.
+    fn check_current(&self, stamp: Time) -> Result<(), Refusal> {
         let seconds = |nanoseconds: u64| nanoseconds as f64 / 1e9;
         if let Some(motion) = &self.motion {
             let end = seconds(motion.end);
-            let message = format!("the robot is moving until {end:.3} s: wait for its image then");
+            let message = format!("the robot is moving until {end:.3} s; wait for the next image");
             return Err((status::OUT_OF_ORDER, message));
         }
-        let answered = messages::nanoseconds(stamp);
-        let settled = self.time.settled();
-        if answered != 0 && answered < settled {
-            let (answered, settled) = (seconds(answered), seconds(settled));
+        let image = messages::nanoseconds(stamp);
+        let last_change = self.time.last_change();
+        if image != 0 && image < last_change {
+            let (image, last_change) = (seconds(image), seconds(last_change));
             let message = format!(
-                "it answers an image of {answered:.3} s, and since {settled:.3} s the robot is \
-                 elsewhere"
+                "outdated image: stamp {image:.3} s (expected: at least {last_change:.3} s, the \
+                 end of the last move or reset)"
             );
             return Err((status::OUT_OF_ORDER, message));
         }
@@ -367,27 +384,30 @@ impl Session {
             Ok(())
         } else if simulator.is_some_and(|simulator| simulator != self.simulator) {
             let message = format!(
-                "episode {number} is of another start of the simulator: it was restarted, and the \
-                 episode is now {current}"
+                "episode {number} belongs to another run: the simulator was restarted (current \
+                 episode: {current})"
             );
             Err((status::SIMULATOR_RESTARTED, message))
         } else if simulator == Some(self.simulator) && (1..self.episode).contains(&episode) {
-            let message = format!("a later reset has replaced episode {number} by {current}");
+            let message = format!(
+                "episode {number} was replaced by a later reset (current episode: {current})"
+            );
             Err((status::SUPERSEDED, message))
         } else {
-            let message = format!("there never was an episode {number}: it is {current} now");
+            let message = format!("episode {number} never existed (current episode: {current})");
             Err((status::UNKNOWN_EPISODE, message))
         }
     }
 
     fn check_control(&self, control: Control) -> Result<(), Refusal> {
         match self.control {
-            Some(bound) if bound != control => {
-                let way = match bound {
-                    Control::Service => "the service step",
-                    Control::Topic => "the topic action",
+            Some(current) if current != control => {
+                let interface = match current {
+                    Control::Service => "the /step service",
+                    Control::Topic => "the /action topic",
                 };
-                Err((status::SUPERSEDED, format!("{way} moves the robot until the next reset")))
+                let message = format!("{interface} controls the robot until the next reset");
+                Err((status::SUPERSEDED, message))
             }
             _ => Ok(()),
         }
@@ -398,7 +418,7 @@ impl Session {
             true => {
                 let steps = self.world.steps();
                 let message =
-                    format!("the episode ended with step {steps}: reset to begin another");
+                    format!("the episode ended at step {steps}; reset to start the next one");
                 Err((status::EPISODE_OVER, message))
             }
             false => Ok(()),
@@ -417,25 +437,25 @@ impl Session {
             blocked: outcome.blocked,
             ..EpisodeStatus::default()
         };
-        Ok(self.observe(status))
+        Ok(self.commit(status))
     }
 
     fn begin_episode(&mut self, seed: u64) -> EpisodeStatus {
-        // After 2^32 episodes the numbers start again at 1.
+        // Wraps around to 1 after 2^32 - 1 episodes.
         self.episode = self.episode.checked_add(1).unwrap_or(1);
         self.seed = seed;
         self.control = None;
         self.latest_step = None;
         self.motion = None;
         self.path.clear();
-        self.observe(EpisodeStatus { action: EpisodeStatus::NONE, ..EpisodeStatus::default() })
+        self.commit(EpisodeStatus { action: EpisodeStatus::NONE, ..EpisodeStatus::default() })
     }
 
-    /// Lets the time of a step or reset pass: what there is to see now is new.
-    fn observe(&mut self, status: EpisodeStatus) -> EpisodeStatus {
-        self.time.pass();
-        self.time.settle();
-        self.path.push(Visit { time: self.time.now(), pose: *self.world.robot() });
+    /// Advances the time after a step or reset, extends the path, and completes the status.
+    fn commit(&mut self, status: EpisodeStatus) -> EpisodeStatus {
+        self.time.advance();
+        self.time.record_change();
+        self.path.push(StampedPose { time: self.time.now(), pose: *self.world.robot() });
         EpisodeStatus {
             header: Header { stamp: self.now(), frame_id: String::new() },
             episode: self.episode_number(),

@@ -1,4 +1,4 @@
-//! The concave wall: a half circle that a robot has to back out of.
+//! The concave wall: a semicircular dead end, in which the robot has to turn back.
 
 use std::f64::consts::PI;
 
@@ -9,23 +9,25 @@ use parry2d::shape::{Compound, ConvexPolygon, SharedShape};
 use super::contact;
 use super::robot::Footprint;
 
-/// The height of the concave wall, in metres.
+/// Height of the concave wall in metres.
 pub const CONCAVE_WALL_HEIGHT: f64 = 0.25;
 
-/// The radius of the arc's inner face, in metres.
+/// Radius of the inner face in metres.
 const INNER_RADIUS: f64 = 0.6;
 
-/// The radius of the arc's outer face, in metres: the wall is 0.1 m thick.
+/// Radius of the outer face in metres: the wall is 0.1 m thick.
 const OUTER_RADIUS: f64 = 0.7;
 
-/// The arc's centre has this y and x = 0, which centres the wall's bounding box in the room.
+/// The y coordinate of the centre of the arc in metres; x is 0. This centres the bounding box of
+/// the wall in the room.
 const CENTRE_Y: f64 = -OUTER_RADIUS / 2.0;
 
-/// How many straight pieces the arc is made of: so many that chord and arc are at most 0.5 mm
-/// apart.
+/// Number of straight segments of the arc. The chords deviate from the arc by at most 0.5 mm.
 const SEGMENTS: usize = 48;
 
-/// The half circle of wall in the middle of the room, open towards -y.
+/// A semicircular wall in the middle of the room, open towards -y.
+///
+/// The inner diameter is 1.2 m, the thickness 0.1 m and the height [`CONCAVE_WALL_HEIGHT`].
 #[derive(Debug, Clone)]
 pub struct ConcaveWall {
     outline: Vec<Point2<f64>>,
@@ -33,7 +35,7 @@ pub struct ConcaveWall {
 }
 
 impl ConcaveWall {
-    /// The wall, which is always the same.
+    /// Creates the wall; its geometry is fixed.
     pub(crate) fn new() -> Self {
         let (outer, inner) = (arc(OUTER_RADIUS), arc(INNER_RADIUS));
         let pieces = outer.windows(2).zip(inner.windows(2)).map(|(outer, inner)| {
@@ -48,20 +50,22 @@ impl ConcaveWall {
         Self { outline, shape }
     }
 
-    /// The corners of its ground plan, clockwise: along the inner face from +x to -x, then back
-    /// along the outer face. A piece of the arc has the corners `i`, `i + 1`, and the same two
-    /// counted from the end.
+    /// Returns the 98 corners of the ground plan in metres, clockwise: along the inner face from +x
+    /// to -x, then back along the outer face.
+    ///
+    /// Segment `i` of the arc has the corners `i` and `i + 1` counted from the start, and `i` and
+    /// `i + 1` counted from the end.
     pub fn outline(&self) -> &[Point2<f64>] {
         &self.outline
     }
 
-    /// Whether the footprint reaches the wall.
+    /// Returns whether the footprint touches the wall.
     pub(super) fn touches(&self, footprint: &Footprint) -> bool {
         footprint.touches(&Pose::identity(), &self.shape)
     }
 }
 
-/// The corners of one face, counter-clockwise from +x to -x.
+/// Returns the corners of one face, counter-clockwise from +x to -x.
 fn arc(radius: f64) -> Vec<Point2<f64>> {
     (0..=SEGMENTS)
         .map(|corner| {
@@ -90,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn its_bounding_box_is_centred_in_the_room() {
+    fn the_bounding_box_is_centred_in_the_room() {
         let wall = ConcaveWall::new();
         let bounds = wall.shape.local_aabb();
         for (bound, expected) in [bounds.mins.x, bounds.mins.y, bounds.maxs.x, bounds.maxs.y]
@@ -102,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn its_outline_is_clockwise_and_as_large_as_its_pieces() {
+    fn the_outline_is_clockwise_and_has_the_area_of_half_a_ring() {
         let wall = ConcaveWall::new();
         let corners = wall.outline();
         let twice_the_area: f64 = (0..corners.len())
@@ -111,14 +115,14 @@ mod tests {
                 from.x * to.y - from.y * to.x
             })
             .sum();
-        // Half the ring between two regular polygons of 96 corners.
+        // Half the area between two regular polygons with 96 corners.
         let polygon = |radius: f64| 48.0 * radius * radius * ComplexField::sin(PI / 48.0);
         let expected = (polygon(OUTER_RADIUS) - polygon(INNER_RADIUS)) / 2.0;
         assert!((twice_the_area / 2.0 + expected).abs() < 1e-12, "{twice_the_area}");
     }
 
     #[test]
-    fn is_solid_and_open_towards_negative_y() {
+    fn the_wall_is_solid_and_open_towards_negative_y() {
         let wall = ConcaveWall::new();
         for (x, y, expected) in [
             (0.0, 0.0, false),

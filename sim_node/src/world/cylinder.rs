@@ -1,4 +1,4 @@
-//! The cylinder, the obstacle that stands still or wanders.
+//! Cylinders: static or moving obstacles.
 
 use nalgebra::{Isometry2, Point2};
 use parry2d::math::{Pose, Vector};
@@ -7,42 +7,44 @@ use parry2d::shape::Ball;
 use super::contact;
 use super::robot::Footprint;
 
-/// The radius of a cylinder, in metres: half a foot.
+/// Radius of a cylinder in metres: half a foot.
 pub const CYLINDER_RADIUS: f64 = 0.1524;
 
-/// The height of a cylinder, in metres.
+/// Height of a cylinder in metres.
 pub const CYLINDER_HEIGHT: f64 = 0.3;
 
-/// One cylinder.
+/// A vertical cylinder that stands on the floor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cylinder {
     pub(super) pose: Isometry2<f64>,
 }
 
 impl Cylinder {
-    /// A cylinder that stands still.
-    pub(super) fn standing(centre: Point2<f64>) -> Self {
+    /// Creates a cylinder with heading 0.
+    pub(super) fn new(centre: Point2<f64>) -> Self {
         Self { pose: Isometry2::translation(centre.x, centre.y) }
     }
 
-    /// The pose of its axis. The heading is where a moving cylinder last wanted to go; that of
-    /// one that stands still is 0.
+    /// Returns the pose of the axis in the frame of the room, in metres and radians.
+    ///
+    /// At its next step, a moving cylinder turns from this heading by a random angle before it
+    /// moves. The heading of a static cylinder is 0.
     pub fn pose(&self) -> &Isometry2<f64> {
         &self.pose
     }
 
-    /// Where its axis is.
+    /// Returns the position of the axis in the frame of the room, in metres.
     pub fn centre(&self) -> Point2<f64> {
         self.pose.translation.vector.into()
     }
 
-    /// Whether the footprint reaches the cylinder.
+    /// Returns whether the footprint touches the cylinder.
     pub(super) fn touches(&self, footprint: &Footprint) -> bool {
         touches_at(&self.centre(), footprint)
     }
 }
 
-/// Whether the footprint reaches a cylinder with this centre.
+/// Returns whether the footprint touches a cylinder with this centre.
 pub(super) fn touches_at(centre: &Point2<f64>, footprint: &Footprint) -> bool {
     let centre: Vector = contact::point(centre);
     footprint.touches(&Pose::from_translation(centre), &Ball::new(CYLINDER_RADIUS as f32))
@@ -55,9 +57,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn is_touched_by_the_robots_side_and_corner() {
-        let cylinder = Cylinder::standing(Point2::new(0.2, -0.1));
-        // Radius 0.1524 and half a side 0.075, or half a diagonal 0.10607.
+    fn touches_the_side_or_the_corner_of_the_robot() {
+        let cylinder = Cylinder::new(Point2::new(0.2, -0.1));
+        // The limit is the sum of the cylinder's radius, 0.1524 m, and half the robot's side, 0.075
+        // m, or half its diagonal, 0.10607 m.
         for (distance, degrees, expected) in [
             (0.2275, 0.0_f64, false),
             (0.2273, 0.0, true),

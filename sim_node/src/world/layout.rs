@@ -1,71 +1,89 @@
-//! What of a layout is held fixed, for figures and experiments.
+//! Fixed layouts, for figures and experiments.
 
 use nalgebra::{Isometry2, Point2, Vector2};
 
 use super::exit::{Exit, ExitOffWall};
 use super::room::Wall;
 
-/// The parts of a layout that every reset puts in the same place; `None` is random.
+/// The fixed parts of the layout; every reset draws the parts that are `None` at random.
 ///
-/// What is fixed has to keep the same rules as what is random: [`super::World::new`] and
-/// [`super::World::reset`] check it.
+/// Fixed parts must follow the same placement rules as random ones. [`super::World::new`] and
+/// [`super::World::reset`] check this.
+///
+/// # Examples
+///
+/// ```
+/// use sim_node::world::{Layout, Wall};
+///
+/// // The exit is 0.5 m from the middle of the +y wall; the robot faces it.
+/// let layout = Layout::from_lists(&[1.0, 0.5], &[], &[0.5, 0.0, 1.5708])?;
+/// assert_eq!(layout.exit.map(|exit| exit.wall()), Some(Wall::PositiveY));
+/// assert_eq!(layout.cylinders, None);
+/// # Ok::<(), sim_node::world::LayoutError>(())
+/// ```
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Layout {
     /// The exit.
     pub exit: Option<Exit>,
-    /// The cylinders' centres, as many as the scenario has cylinders. Those that move start here.
+    /// Centres of the cylinders in metres, one per cylinder of the scenario. Moving cylinders start
+    /// there.
     pub cylinders: Option<Vec<Point2<f64>>>,
-    /// The pose in which the robot starts.
+    /// Start pose of the robot's centre, in metres and radians.
     pub robot: Option<Isometry2<f64>>,
 }
 
-/// Why lists of numbers do not say what is fixed.
+/// The error for lists of numbers that do not describe a layout.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum LayoutError {
-    /// The exit is not a pair.
-    #[error("the fixed exit has {0} numbers: it is [wall, offset], or empty for a random exit")]
-    ExitLength(usize),
-    /// The exit names no wall.
-    #[error("the fixed exit is on wall {0}: a wall is 0 (+x), 1 (+y), 2 (-x) or 3 (-y)")]
-    UnknownWall(f64),
-    /// The exit is not wholly on its wall.
-    #[error("the fixed exit: {0}")]
-    ExitOffWall(#[from] ExitOffWall),
-    /// The cylinders are not pairs.
+    /// The exit list has an invalid length. Holds the length.
     #[error(
-        "the fixed cylinders' list has {0} numbers: it is [x, y, ...], two for each cylinder, or empty for \
-         random places"
+        "fixed exit: invalid length {0} (expected: [wall, offset], or empty for a random exit)"
+    )]
+    ExitLength(usize),
+    /// The wall is unknown. Holds its number.
+    #[error("fixed exit: unknown wall {0} (expected: 0 for +x, 1 for +y, 2 for -x, 3 for -y)")]
+    UnknownWall(f64),
+    /// The exit is not entirely on its wall.
+    #[error("fixed {0}")]
+    ExitOffWall(#[from] ExitOffWall),
+    /// The cylinder list has an odd length. Holds the length.
+    #[error(
+        "fixed cylinders: invalid length {0} (expected: [x, y, ...], two per cylinder, or empty \
+         for random positions)"
     )]
     CylindersLength(usize),
-    /// The robot is not a pose.
-    #[error(
-        "the fixed robot's pose has {0} numbers: it is [x, y, yaw], or empty for a random pose"
-    )]
+    /// The robot list has an invalid length. Holds the length.
+    #[error("fixed robot: invalid length {0} (expected: [x, y, yaw], or empty for a random pose)")]
     RobotLength(usize),
-    /// A number is infinite or not a number.
-    #[error("{what} contains {number}: all its numbers are finite")]
+    /// A number is infinite or NaN.
+    #[error("{list}: invalid number {number} (expected: finite numbers)")]
     NotFinite {
-        /// Of what.
-        what: &'static str,
-        /// The number.
+        /// Name of the list.
+        list: &'static str,
+        /// The invalid number.
         number: f64,
     },
 }
 
 impl Layout {
-    /// The layout that three lists of numbers describe; an empty list leaves its part random.
+    /// Parses three lists of numbers; an empty list leaves its part random.
     ///
-    /// - the exit: `[wall, offset]`, the wall 0..=3 for +x, +y, -x, -y, and the exit's distance
-    ///   from its middle in metres, as in [`Exit::new`];
-    /// - the cylinders: `[x, y, ...]` in metres;
-    /// - the robot: `[x, y, yaw]` in metres and radians.
+    /// - `exit`: `[wall, offset]`, with the wall 0..=3 for +x, +y, -x, -y, and the offset from the
+    ///   middle of the wall in metres, as in [`Exit::new`];
+    /// - `cylinders`: `[x, y, ...]` in metres, two numbers per cylinder;
+    /// - `robot`: `[x, y, yaw]` in metres and radians.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if a list has an invalid length or contains a number that is not finite, if
+    /// the wall is unknown, or if the exit is not entirely on its wall.
     pub fn from_lists(exit: &[f64], cylinders: &[f64], robot: &[f64]) -> Result<Self, LayoutError> {
-        all_finite("the fixed exit", exit)?;
-        all_finite("the fixed cylinders' list", cylinders)?;
-        all_finite("the fixed robot's pose", robot)?;
+        check_finite("fixed exit", exit)?;
+        check_finite("fixed cylinders", cylinders)?;
+        check_finite("fixed robot", robot)?;
         let exit = match *exit {
             [] => None,
-            [wall, offset] => Some(Exit::new(numbered_wall(wall)?, offset)?),
+            [wall, offset] => Some(Exit::new(wall_of_number(wall)?, offset)?),
             _ => return Err(LayoutError::ExitLength(exit.len())),
         };
         let cylinders = match cylinders.as_chunks() {
@@ -82,14 +100,14 @@ impl Layout {
     }
 }
 
-fn all_finite(what: &'static str, numbers: &[f64]) -> Result<(), LayoutError> {
+fn check_finite(list: &'static str, numbers: &[f64]) -> Result<(), LayoutError> {
     match numbers.iter().find(|number| !number.is_finite()) {
-        Some(&number) => Err(LayoutError::NotFinite { what, number }),
+        Some(&number) => Err(LayoutError::NotFinite { list, number }),
         None => Ok(()),
     }
 }
 
-fn numbered_wall(number: f64) -> Result<Wall, LayoutError> {
+fn wall_of_number(number: f64) -> Result<Wall, LayoutError> {
     (0..)
         .map(f64::from)
         .zip(Wall::ALL)
@@ -102,12 +120,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn empty_lists_leave_everything_random() {
+    fn empty_lists_give_a_random_layout() {
         assert_eq!(Layout::from_lists(&[], &[], &[]), Ok(Layout::default()));
     }
 
     #[test]
-    fn lists_say_what_is_fixed() {
+    fn lists_give_a_fixed_layout() {
         let layout = Layout::from_lists(&[3.0, -0.5], &[0.1, 0.2, -0.3, -0.4], &[1.0, 0.5, 0.25]);
         assert_eq!(
             layout,
@@ -120,45 +138,46 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_list_is_answered_with_the_right_form() {
+    fn errors_for_invalid_lists_state_the_expected_format() {
         for (exit, cylinders, robot, message) in [
             (
                 &[1.0][..],
                 &[][..],
                 &[][..],
-                "the fixed exit has 1 numbers: it is [wall, offset], or empty for a random exit",
+                "fixed exit: invalid length 1 (expected: [wall, offset], or empty for a random \
+                 exit)",
             ),
             (
                 &[0.5, 0.0],
                 &[],
                 &[],
-                "the fixed exit is on wall 0.5: a wall is 0 (+x), 1 (+y), 2 (-x) or 3 (-y)",
+                "fixed exit: unknown wall 0.5 (expected: 0 for +x, 1 for +y, 2 for -x, 3 for -y)",
             ),
             (
                 &[2.0, -1.25],
                 &[],
                 &[],
-                "the fixed exit: an exit -1.25 m from the middle of the -x wall is not wholly on it: \
-                 the offset is within ±1 m",
+                "fixed exit offset: -1.25 m from the middle of the -x wall is out of range \
+                 (expected: within ±1 m)",
             ),
             (
                 &[],
                 &[0.0, 0.5, 0.5],
                 &[],
-                "the fixed cylinders' list has 3 numbers: it is [x, y, ...], two for each cylinder, or \
-                 empty for random places",
+                "fixed cylinders: invalid length 3 (expected: [x, y, ...], two per cylinder, or \
+                 empty for random positions)",
             ),
             (
                 &[],
                 &[],
                 &[0.0, 0.5],
-                "the fixed robot's pose has 2 numbers: it is [x, y, yaw], or empty for a random pose",
+                "fixed robot: invalid length 2 (expected: [x, y, yaw], or empty for a random pose)",
             ),
             (
                 &[],
                 &[],
                 &[0.0, 0.5, f64::INFINITY],
-                "the fixed robot's pose contains inf: all its numbers are finite",
+                "fixed robot: invalid number inf (expected: finite numbers)",
             ),
         ] {
             let error = Layout::from_lists(exit, cylinders, robot).unwrap_err();

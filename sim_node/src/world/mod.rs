@@ -1,11 +1,26 @@
-//! The world: a room, an exit, obstacles, and a robot that takes one action after another.
+//! The world: a room with an exit, obstacles and a robot that executes actions.
 //!
-//! [`World`] is one room and the episode that runs in it. [`World::reset`] lays the room out anew,
-//! [`World::step`] moves the robot, and then, in the scenarios where they move, the obstacles.
-//! Contacts are parry2d's; poses are in double precision.
+//! A [`World`] is one room and the current episode in it. [`World::reset`] starts an episode with a
+//! new layout. [`World::step`] moves the robot and then, in scenarios with moving cylinders, the
+//! cylinders. parry2d tests contacts in single precision; poses are in double precision.
 //!
-//! Everything random follows from a seed, through a stream of numbers that this project specifies
-//! itself.
+//! Everything random depends only on a seed, through [`task::Random`], which gives the same numbers
+//! on every machine.
+//!
+//! # Examples
+//!
+//! ```
+//! use std::num::NonZeroU64;
+//!
+//! use sim_node::world::{World, WorldSettings};
+//! use task::{Action, Scenario};
+//!
+//! let mut world = World::new(WorldSettings::default(), Scenario::ThreeCylinders, 1)?;
+//! world.reset(NonZeroU64::new(7), None)?;
+//! let outcome = world.step(Action::ALL[3])?;
+//! assert_eq!((outcome.terminated, world.steps()), (outcome.reward == 0.0, 1));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod concave_wall;
 pub(crate) mod contact;
@@ -33,7 +48,7 @@ pub use cylinder::{CYLINDER_HEIGHT, CYLINDER_RADIUS, Cylinder};
 pub use exit::{EXIT_DEPTH, EXIT_HEIGHT, EXIT_REACH, EXIT_WIDTH, Exit, ExitOffWall};
 pub use layout::{Layout, LayoutError};
 pub use motion::CYLINDER_STEP_LENGTH;
-pub use oracle::{fewest_steps, shortest_path};
+pub use oracle::{shortest_path, shortest_path_length};
 pub use placement::PlacementError;
 pub use robot::FOOTPRINT_SIDE;
 pub use room::{ROOM_SIDE, WALL_HEIGHT, Wall};
@@ -42,47 +57,50 @@ use obstacles::Obstacles;
 use placement::{Placement, Rules};
 use robot::Footprint;
 
-/// What a world is like, whatever the scenario.
+/// World settings for all scenarios.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WorldSettings {
-    /// An episode is truncated after this many steps; at least 1.
+    /// Step limit: an episode is truncated after this many steps. At least 1.
     pub max_steps: u32,
-    /// The standard deviation of the angle by which a moving cylinder turns at each step, in
-    /// radians. The paper only says that it is normally distributed.
+    /// Standard deviation, in radians, of the angle by which a moving cylinder turns at each step;
+    /// at least 0. The paper states only that the angle is normally distributed.
     pub heading_deviation: f64,
-    /// What is held fixed.
+    /// The fixed parts of the layout.
     pub layout: Layout,
 }
 
 impl Default for WorldSettings {
-    /// 10,000 steps, 45 degrees, and nothing fixed.
+    /// Returns a limit of 10,000 steps, a deviation of 45 degrees and a random layout.
     fn default() -> Self {
         Self { max_steps: 10_000, heading_deviation: FRAC_PI_4, layout: Layout::default() }
     }
 }
 
-/// What a step led to.
+/// The outcome of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outcome {
-    /// 0 for the step that leads out, -0.1 for every other.
+    /// Reward: 0 for the step that reaches the exit, otherwise -0.1.
     pub reward: f32,
-    /// The robot has escaped.
+    /// Whether the robot reached the exit, which ends the episode.
     pub terminated: bool,
-    /// The episode has had all its steps, and the robot has not escaped.
+    /// Whether the episode ended at the step limit without an escape.
     pub truncated: bool,
-    /// A wall or an obstacle was in the way: the robot has neither moved nor turned.
+    /// Whether a wall or an obstacle blocked the move. Position and heading are then unchanged.
     pub blocked: bool,
 }
 
-/// A step was asked for after the end of the episode.
+/// The error for a step after the end of the episode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("the episode ended with step {steps}: reset before the next step")]
+#[error("the episode ended at step {steps}; reset to start the next one")]
 pub struct EpisodeOver {
-    /// How many steps the episode had.
+    /// Number of steps in the episode.
     pub steps: u32,
 }
 
-/// A room and the episode that runs in it.
+/// A room and the current episode in it.
+///
+/// All coordinates are in the frame of the room, in metres and radians: the origin is the centre of
+/// the floor, x and y are parallel to the walls, angles are counter-clockwise from +x.
 #[derive(Debug, Clone)]
 pub struct World {
     settings: WorldSettings,
@@ -92,24 +110,25 @@ pub struct World {
     cylinders: Vec<Cylinder>,
     robot: Isometry2<f64>,
     steps: u32,
-    over: bool,
-    /// Where the latest reset was to put the cylinders.
+    is_over: bool,
+    /// The fixed cylinders of the layout at the latest reset.
     fixed_cylinders: Option<Vec<Point2<f64>>>,
-    /// The world's own randomness, which goes on from one unseeded reset to the next.
+    /// The world's own random state, which unseeded resets advance.
     own_random: Random,
-    /// The randomness of an episode that began with a seeded reset.
+    /// The random state of an episode that started with a seeded reset.
     seeded_random: Option<Random>,
 }
 
 impl World {
-    /// A world at the beginning of its first episode.
+    /// Creates a world at the start of its first episode.
     ///
-    /// `seed` begins the world's own randomness; the first layout is the one that
-    /// [`World::reset`] with the same seed would give.
+    /// `seed` initializes the world's own random state. The first layout is the same as after
+    /// [`World::reset`] with this seed.
     ///
     /// # Errors
     ///
-    /// If what the settings hold fixed breaks a rule of placement or leaves no room for the rest.
+    /// Returns an error if the fixed layout violates a placement rule or leaves no space for the
+    /// random parts. A random layout never fails.
     pub fn new(
         settings: WorldSettings,
         scenario: Scenario,
@@ -128,28 +147,28 @@ impl World {
             cylinders: placement.cylinders,
             robot: placement.robot,
             steps: 0,
-            over: false,
+            is_over: false,
             own_random,
             seeded_random: None,
         })
     }
 
-    /// Holds something else fixed from the next reset on; this episode stays as it is.
+    /// Sets the fixed layout for subsequent resets; the current episode does not change.
     pub fn set_layout(&mut self, layout: Layout) {
         self.settings.layout = layout;
     }
 
-    /// Begins a new episode, in another scenario if one is given.
+    /// Starts a new episode, in the current scenario if `scenario` is `None`.
     ///
-    /// With a seed, everything random in the episode follows from it, and the world's own
-    /// randomness stays as it was. Without one, the world's own randomness goes on; cylinders that
-    /// move then stay where they are, as in the paper, unless the scenario changes, the layout has
-    /// new places for them, or one of them is in the way of a fixed robot.
+    /// With a seed, everything random in the episode depends only on the seed, and the world's own
+    /// random state does not change. Without a seed, the reset uses and advances the world's own
+    /// random state. Moving cylinders then keep their poses, as in the paper, unless the scenario
+    /// changes, the layout has new fixed cylinders, or a cylinder is in the way of a fixed robot.
     ///
     /// # Errors
     ///
-    /// If what is held fixed breaks a rule of placement in this scenario or leaves no room for the
-    /// rest. The world is then as it was.
+    /// Returns an error if the fixed layout violates a placement rule of the scenario or leaves no
+    /// space for the random parts. The world is then unchanged.
     pub fn reset(
         &mut self,
         seed: Option<NonZeroU64>,
@@ -158,21 +177,21 @@ impl World {
         let scenario = scenario.unwrap_or(self.scenario);
         let fixed = &self.settings.layout.cylinders;
         let keeps_cylinders = seed.is_none()
-            && scenario.moving()
+            && scenario.has_moving_obstacles()
             && scenario == self.scenario
             && (fixed.is_none() || *fixed == self.fixed_cylinders);
-        let kept = keeps_cylinders.then(|| self.cylinders.clone());
+        let kept_cylinders = keeps_cylinders.then(|| self.cylinders.clone());
         let mut random = seed.map_or_else(
             || self.own_random.clone(),
             |seed| Random::from_key([seed.get(), 0, 0, 0]),
         );
         let rules = Rules::new(scenario, &self.concave_wall);
-        let placement = rules.place(&self.settings.layout, kept, &mut random)?;
+        let placement = rules.place(&self.settings.layout, kept_cylinders, &mut random)?;
 
         Placement { exit: self.exit, cylinders: self.cylinders, robot: self.robot } = placement;
         self.scenario = scenario;
         self.steps = 0;
-        self.over = false;
+        self.is_over = false;
         self.fixed_cylinders.clone_from(&self.settings.layout.cylinders);
         self.seeded_random = match seed {
             Some(_) => Some(random),
@@ -184,17 +203,18 @@ impl World {
         Ok(())
     }
 
-    /// Lets the robot act once, and then the moving cylinders.
+    /// Executes an action with the robot, then moves each moving cylinder by one step.
     ///
-    /// Contact is tested at the new pose only, as in the paper, and the exit first, because it
-    /// stands in the wall. A robot that escapes stands at the new pose, one that is blocked at the
-    /// old one. The cylinders move after every step, the last one included.
+    /// Contact is tested only at the new pose, as in the paper. The exit is tested first, because
+    /// it overlaps the wall. After an escape, the robot is at the new pose; after a blocked move,
+    /// it is at the old pose. The cylinders move after every step, including blocked steps and the
+    /// last one.
     ///
     /// # Errors
     ///
-    /// If the episode is over.
+    /// Returns an error if the episode is over.
     pub fn step(&mut self, action: Action) -> Result<Outcome, EpisodeOver> {
-        if self.over {
+        if self.is_over {
             return Err(EpisodeOver { steps: self.steps });
         }
         let next = robot::moved(&self.robot, action);
@@ -204,8 +224,8 @@ impl World {
         if !blocked {
             self.robot = next;
         }
-        if self.scenario.moving() {
-            motion::wander(
+        if self.scenario.has_moving_obstacles() {
+            motion::move_cylinders(
                 &mut self.cylinders,
                 &Footprint::at(&self.robot),
                 self.settings.heading_deviation,
@@ -214,49 +234,49 @@ impl World {
         }
         self.steps += 1;
         let truncated = !terminated && self.steps >= self.settings.max_steps;
-        self.over = terminated || truncated;
+        self.is_over = terminated || truncated;
         let reward = if terminated { EXIT_REWARD } else { STEP_REWARD };
         Ok(Outcome { reward, terminated, truncated, blocked })
     }
 
-    /// The pose of the robot's centre.
+    /// Returns the pose of the robot's centre, in metres and radians.
     pub fn robot(&self) -> &Isometry2<f64> {
         &self.robot
     }
 
-    /// The exit.
+    /// Returns the exit.
     pub fn exit(&self) -> &Exit {
         &self.exit
     }
 
-    /// The cylinders, none to three.
+    /// Returns the cylinders, of which there are 0 to 3.
     pub fn cylinders(&self) -> &[Cylinder] {
         &self.cylinders
     }
 
-    /// The concave wall, in the scenario that has it.
+    /// Returns the concave wall, or `None` in scenarios without it.
     pub fn concave_wall(&self) -> Option<&ConcaveWall> {
-        self.scenario.concave().then_some(&self.concave_wall)
+        self.scenario.has_concave_wall().then_some(&self.concave_wall)
     }
 
-    /// The scenario.
+    /// Returns the scenario of the current episode.
     pub fn scenario(&self) -> Scenario {
         self.scenario
     }
 
-    /// How many steps the episode has had.
+    /// Returns the number of steps executed in the current episode, including blocked steps.
     pub fn steps(&self) -> u32 {
         self.steps
     }
 
-    /// After how many steps an episode is truncated.
+    /// Returns the number of steps after which an episode is truncated.
     pub fn max_steps(&self) -> u32 {
         self.settings.max_steps
     }
 
-    /// Whether the robot has escaped or the episode was truncated.
+    /// Returns whether the current episode is terminated or truncated.
     pub fn is_over(&self) -> bool {
-        self.over
+        self.is_over
     }
 
     fn obstacles(&self) -> Obstacles<'_> {

@@ -1,4 +1,4 @@
-//! How moving cylinders move.
+//! Motion of the moving cylinders.
 
 use std::f64::consts::PI;
 
@@ -9,15 +9,16 @@ use super::cylinder::{self, Cylinder};
 use super::robot::Footprint;
 use super::spacing::Spacing;
 
-/// How far a moving cylinder goes in one step of the robot, in metres.
+/// Distance that a moving cylinder moves in one step of the robot, in metres.
 pub const CYLINDER_STEP_LENGTH: f64 = 0.025;
 
-/// Lets every cylinder in turn take one step.
+/// Moves every cylinder, in order, by one step.
 ///
-/// First its heading changes by a normally distributed angle of the given standard deviation, in
-/// radians; then it steps, if that keeps it in the central square, apart from the other cylinders
-/// and clear of the robot. Otherwise it stays and faces a uniform new heading.
-pub(super) fn wander(
+/// First, the heading of the cylinder changes by a normally distributed angle with the standard
+/// deviation `heading_deviation`, in radians. Then the cylinder moves by [`CYLINDER_STEP_LENGTH`]
+/// if its new position is in the central square, far enough from the other cylinders and clear of
+/// the robot. Otherwise, it stays in place and gets a new heading drawn uniformly at random.
+pub(super) fn move_cylinders(
     cylinders: &mut [Cylinder],
     robot: &Footprint,
     heading_deviation: f64,
@@ -38,11 +39,11 @@ pub(super) fn wander(
     }
 }
 
-/// Whether the cylinder with this index may be at `centre`.
+/// Returns whether the cylinder with this index may move to `centre`.
 fn is_free(centre: &Point2<f64>, index: usize, cylinders: &[Cylinder], robot: &Footprint) -> bool {
-    const RULE: Spacing = Spacing::MOVING;
+    const SPACING: Spacing = Spacing::MOVING;
     let mut others = cylinders.iter().enumerate().filter(|&(other, _)| other != index);
-    RULE.contains(centre)
-        && others.all(|(_, other)| RULE.separates(&other.centre(), centre))
+    SPACING.contains(centre)
+        && others.all(|(_, other)| SPACING.separates(&other.centre(), centre))
         && !cylinder::touches_at(centre, robot)
 }

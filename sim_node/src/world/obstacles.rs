@@ -1,21 +1,21 @@
-//! All that a robot must not touch.
+//! Everything that blocks the robot.
 
 use super::concave_wall::ConcaveWall;
 use super::cylinder::Cylinder;
 use super::robot::Footprint;
 use super::room::Wall;
 
-/// What blocks a move: the walls, and the obstacles of the scenario.
+/// The walls and the obstacles of the scenario, which block moves.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Obstacles<'world> {
-    /// The cylinders, standing or moving.
+    /// The cylinders, static or moving.
     pub(super) cylinders: &'world [Cylinder],
-    /// The concave wall, where the scenario has it.
+    /// The concave wall; `None` in scenarios without it.
     pub(super) concave_wall: Option<&'world ConcaveWall>,
 }
 
 impl Obstacles<'_> {
-    /// Whether the footprint reaches a wall or an obstacle.
+    /// Returns whether the footprint touches a wall or an obstacle.
     pub(super) fn touch(&self, footprint: &Footprint) -> bool {
         Wall::ALL.iter().any(|wall| wall.touches(footprint))
             || self.cylinders.iter().any(|cylinder| cylinder.touches(footprint))

@@ -1,4 +1,4 @@
-//! Where everything is at the start of an episode.
+//! Layouts at the start of an episode and their placement rules.
 
 use std::f64::consts::PI;
 
@@ -13,92 +13,98 @@ use super::robot::Footprint;
 use super::room::{ROOM_SIDE, Wall};
 use super::spacing::Spacing;
 
-/// How many random layouts are tried. With nothing fixed, at least one in a few hundred keeps
-/// every rule.
+/// Maximum number of random layouts to try. Without fixed parts, at least one in a few hundred
+/// follows all rules.
 const ATTEMPTS: u32 = 100_000;
 
-/// Why nothing can be placed. Only what is held fixed ([`Layout`]) can lead to it.
+/// The error for a layout that violates a rule or cannot be completed. Only fixed parts
+/// ([`Layout`]) can cause it.
+///
+/// Positions and distances are in metres.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PlacementError {
-    /// As many cylinders are fixed as another scenario has.
-    #[error("scenario `{scenario}` has {expected} cylinders, but {given} are held fixed")]
+    /// The number of fixed cylinders differs from that in the scenario.
+    #[error("fixed cylinders: found {given} (expected: {expected} in scenario {scenario})")]
     CylinderCount {
         /// The scenario.
         scenario: Scenario,
-        /// How many cylinders it has.
+        /// Number of cylinders in the scenario.
         expected: usize,
-        /// How many were given.
+        /// Number of fixed cylinders.
         given: usize,
     },
-    /// A cylinder is too close to a wall.
+    /// A cylinder is outside the central square.
     #[error(
-        "the cylinder at ({x}, {y}) m is outside the central square: x and y are within \
-         ±{half_square} m"
+        "cylinder at ({x}, {y}) m: outside the central square (expected: x and y within \
+         ±{half_square} m)"
     )]
     CylinderOutside {
-        /// The x of its centre.
+        /// The x coordinate of its centre.
         x: f64,
-        /// The y of its centre.
+        /// The y coordinate of its centre.
         y: f64,
-        /// The furthest from 0 that both may be.
+        /// Maximum absolute value of both coordinates.
         half_square: f64,
     },
     /// Two cylinders are too close to each other.
     #[error(
-        "the cylinders at ({}, {}) m and ({}, {}) m are {distance:.4} m apart: at least {least} m \
-         is needed", first[0], first[1], second[0], second[1]
+        "cylinders at ({}, {}) m and ({}, {}) m: distance {distance:.4} m (expected: at least \
+         {minimum} m)", first[0], first[1], second[0], second[1]
     )]
     CylindersTooClose {
-        /// The centre of one.
+        /// Centre `[x, y]` of the first cylinder.
         first: [f64; 2],
-        /// The centre of the other.
+        /// Centre `[x, y]` of the second cylinder.
         second: [f64; 2],
-        /// Between the centres.
+        /// Distance between the centres.
         distance: f64,
-        /// What is needed.
-        least: f64,
+        /// Minimum distance.
+        minimum: f64,
     },
-    /// A standing cylinder is too close to where the robot starts.
+    /// A static cylinder is too close to the robot.
     #[error(
-        "the robot at ({}, {}) m is {distance:.4} m from the cylinder at ({}, {}) m: at least \
-         {least} m is needed", robot[0], robot[1], cylinder[0], cylinder[1]
+        "robot at ({}, {}) m and cylinder at ({}, {}) m: distance {distance:.4} m (expected: at \
+         least {minimum} m)", robot[0], robot[1], cylinder[0], cylinder[1]
     )]
     RobotTooClose {
-        /// The robot's centre.
+        /// Centre `[x, y]` of the robot.
         robot: [f64; 2],
-        /// The cylinder's centre.
+        /// Centre `[x, y]` of the cylinder.
         cylinder: [f64; 2],
-        /// Between the centres.
+        /// Distance between the centres.
         distance: f64,
-        /// What is needed.
-        least: f64,
+        /// Minimum distance.
+        minimum: f64,
     },
-    /// The robot starts in touch with something.
-    #[error("the robot at ({x}, {y}) m with yaw {yaw} touches {what}: it starts touching nothing")]
-    RobotTouches {
-        /// The x of its centre.
-        x: f64,
-        /// The y of its centre.
-        y: f64,
-        /// Its heading, in radians.
-        yaw: f64,
-        /// What it touches.
-        what: &'static str,
-    },
-    /// What is fixed leaves no room for the rest.
+    /// The robot touches an object at its start pose.
     #[error(
-        "no room in scenario `{scenario}`: what is fixed left no place for the rest in {ATTEMPTS} \
-         random layouts (the last: {last}); free or move the exit, the cylinders or the robot"
+        "robot at ({x}, {y}) m with yaw {yaw} rad: touches {object} (expected: a collision-free \
+         start pose)"
     )]
-    NoRoom {
+    RobotTouches {
+        /// The x coordinate of its centre.
+        x: f64,
+        /// The y coordinate of its centre.
+        y: f64,
+        /// Its heading in radians.
+        yaw: f64,
+        /// The object that it touches.
+        object: &'static str,
+    },
+    /// The fixed parts leave no space for the random ones.
+    #[error(
+        "scenario {scenario}: the fixed parts of the layout rule out all {ATTEMPTS} random layouts \
+         (the last: {last}); move the fixed exit, cylinders or robot, or make them random"
+    )]
+    NoSpace {
         /// The scenario.
         scenario: Scenario,
-        /// What was wrong with the last layout tried.
+        /// The violation in the last layout that was tried.
         last: Box<PlacementError>,
     },
 }
 
-/// A layout that keeps every rule.
+/// A layout that follows all rules.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Placement {
     pub(super) exit: Exit,
@@ -106,7 +112,7 @@ pub(super) struct Placement {
     pub(super) robot: Isometry2<f64>,
 }
 
-/// The rules of placement in a scenario.
+/// The placement rules of a scenario.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rules<'world> {
     scenario: Scenario,
@@ -116,16 +122,24 @@ pub(super) struct Rules<'world> {
 
 impl<'world> Rules<'world> {
     pub(super) fn new(scenario: Scenario, concave_wall: &'world ConcaveWall) -> Self {
-        let spacing = if scenario.moving() { Spacing::MOVING } else { Spacing::STANDING };
-        Self { scenario, spacing, concave_wall: scenario.concave().then_some(concave_wall) }
+        let spacing =
+            if scenario.has_moving_obstacles() { Spacing::MOVING } else { Spacing::STATIC };
+        let concave_wall = scenario.has_concave_wall().then_some(concave_wall);
+        Self { scenario, spacing, concave_wall }
     }
 
-    /// Draws what `layout` leaves free: first the exit, uniform over the walls and along them; then
-    /// cylinders and robot together until every rule holds, which makes them uniform over all
-    /// that fits.
+    /// Draws the random parts of `layout`.
     ///
-    /// Cylinders that are `kept` from the episode before stay where they are, unless they are in
-    /// the way of a fixed robot.
+    /// The exit is drawn first, uniformly over the walls and along the wall. The cylinders and the
+    /// robot are then drawn together until they follow all rules, so that they are uniform over all
+    /// valid placements.
+    ///
+    /// `kept` contains the moving cylinders of the previous episode. They keep their poses unless
+    /// they are in the way of a fixed robot.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the fixed parts violate a rule or leave no space for the random parts.
     pub(super) fn place(
         &self,
         layout: &Layout,
@@ -134,12 +148,12 @@ impl<'world> Rules<'world> {
     ) -> Result<Placement, PlacementError> {
         let robot = layout.robot.as_ref();
         let kept = kept.filter(|cylinders| self.check(None, cylinders, robot).is_ok());
-        let known = match &kept {
+        let given = match &kept {
             Some(cylinders) => Some(cylinders.clone()),
             None => self.fixed_cylinders(layout)?,
         };
-        // Whatever is wrong with the fixed parts alone is said before anything is drawn.
-        self.check(layout.exit.as_ref(), known.as_deref().unwrap_or_default(), robot)?;
+        // Reports a violation among the fixed parts before drawing the others.
+        self.check(layout.exit.as_ref(), given.as_deref().unwrap_or_default(), robot)?;
 
         let exit = self.draw_until(
             || layout.exit.unwrap_or_else(|| random_exit(random)),
@@ -147,12 +161,12 @@ impl<'world> Rules<'world> {
         )?;
         let (mut cylinders, robot) = self.draw_until(
             || {
-                let cylinders = known.clone().unwrap_or_else(|| self.random_cylinders(random));
+                let cylinders = given.clone().unwrap_or_else(|| self.random_cylinders(random));
                 (cylinders, layout.robot.unwrap_or_else(|| random_robot(random)))
             },
             |(cylinders, robot)| self.check(Some(&exit), cylinders, Some(robot)),
         )?;
-        if self.scenario.moving() && kept.is_none() {
+        if self.scenario.has_moving_obstacles() && kept.is_none() {
             for cylinder in &mut cylinders {
                 cylinder.pose.rotation = UnitComplex::new(random.within(PI));
             }
@@ -166,17 +180,17 @@ impl<'world> Rules<'world> {
         if given != expected {
             return Err(PlacementError::CylinderCount { scenario, expected, given });
         }
-        Ok(Some(centres.iter().copied().map(Cylinder::standing).collect()))
+        Ok(Some(centres.iter().copied().map(Cylinder::new).collect()))
     }
 
     fn random_cylinders(&self, random: &mut Random) -> Vec<Cylinder> {
         let half = self.spacing.half_square;
         (0..self.scenario.cylinders())
-            .map(|_| Cylinder::standing(Point2::new(random.within(half), random.within(half))))
+            .map(|_| Cylinder::new(Point2::new(random.within(half), random.within(half))))
             .collect()
     }
 
-    /// The first draw that passes the check.
+    /// Returns the first draw that passes the check, or an error after [`ATTEMPTS`] draws.
     fn draw_until<T>(
         &self,
         mut draw: impl FnMut() -> T,
@@ -188,7 +202,7 @@ impl<'world> Rules<'world> {
             match check(&drawn) {
                 Ok(()) => return Ok(drawn),
                 Err(last) if attempts == ATTEMPTS => {
-                    return Err(PlacementError::NoRoom {
+                    return Err(PlacementError::NoSpace {
                         scenario: self.scenario,
                         last: Box::new(last),
                     });
@@ -198,7 +212,7 @@ impl<'world> Rules<'world> {
         }
     }
 
-    /// Whether the parts of a layout that are already known keep the rules among themselves.
+    /// Checks the rules for the given parts of a layout.
     fn check(
         &self,
         exit: Option<&Exit>,
@@ -229,7 +243,7 @@ impl<'world> Rules<'world> {
                         first: other.into(),
                         second: centre.into(),
                         distance: distance(&other, &centre),
-                        least: self.spacing.apart,
+                        minimum: self.spacing.apart,
                     });
                 }
             }
@@ -251,12 +265,12 @@ impl<'world> Rules<'world> {
                     robot: robot_centre.into(),
                     cylinder: centre.into(),
                     distance,
-                    least: self.spacing.from_robot,
+                    minimum: self.spacing.from_robot,
                 });
             }
         }
         let footprint = Footprint::at(robot);
-        let what = if Wall::ALL.iter().any(|wall| wall.touches(&footprint)) {
+        let object = if Wall::ALL.iter().any(|wall| wall.touches(&footprint)) {
             "a wall"
         } else if exit.is_some_and(|exit| exit.touches(&footprint)) {
             "the exit"
@@ -268,13 +282,13 @@ impl<'world> Rules<'world> {
             return Ok(());
         };
         let yaw = robot.rotation.angle();
-        Err(PlacementError::RobotTouches { x: robot_centre.x, y: robot_centre.y, yaw, what })
+        Err(PlacementError::RobotTouches { x: robot_centre.x, y: robot_centre.y, yaw, object })
     }
 }
 
 fn random_exit(random: &mut Random) -> Exit {
     let wall = Wall::ALL[random.below(Wall::ALL.len())];
-    Exit::new(wall, random.within(EXIT_REACH)).expect("the offset was drawn within the reach")
+    Exit::new(wall, random.within(EXIT_REACH)).expect("the offset is within EXIT_REACH")
 }
 
 fn random_robot(random: &mut Random) -> Isometry2<f64> {
@@ -288,7 +302,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn gives_up_where_nothing_fits() {
+    fn gives_up_after_a_limited_number_of_attempts() {
         let concave_wall = ConcaveWall::new();
         let rules = Rules::new(Scenario::OneMoving, &concave_wall);
         let mut draws = 0;
@@ -297,9 +311,9 @@ mod tests {
         assert_eq!(draws, ATTEMPTS);
         assert_eq!(
             error.to_string(),
-            "no room in scenario `one_moving`: what is fixed left no place for the rest in 100000 \
-             random layouts (the last: the cylinder at (0.9, 0) m is outside the central square: x \
-             and y are within ±0.75 m); free or move the exit, the cylinders or the robot"
+            "scenario one_moving: the fixed parts of the layout rule out all 100000 random layouts \
+             (the last: cylinder at (0.9, 0) m: outside the central square (expected: x and y \
+             within ±0.75 m)); move the fixed exit, cylinders or robot, or make them random"
         );
     }
 }

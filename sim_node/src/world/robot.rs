@@ -1,4 +1,4 @@
-//! The robot: a square that turns and steps.
+//! The robot: a square that turns and moves forward.
 
 use nalgebra::{Isometry2, UnitComplex, Vector2};
 use parry2d::math::{Pose, Vector};
@@ -8,20 +8,22 @@ use task::action::STEP_LENGTH;
 
 use super::contact;
 
-/// The side of the robot's square footprint, in metres.
+/// Side length of the robot's square footprint in metres.
 pub const FOOTPRINT_SIDE: f64 = 0.15;
 
-/// The pose that an action leads to where nothing is in the way: the turn, then the step.
+/// Returns the pose after an action that is not blocked: first the turn, then the step forward
+/// (equation 3 of the paper).
 pub(super) fn moved(robot: &Isometry2<f64>, action: Action) -> Isometry2<f64> {
     let mut moved = *robot;
     moved.append_rotation_wrt_center_mut(&UnitComplex::new(action.turn()));
-    // Each product of rotations rounds: over many steps the heading would lose its unit length.
+    // Each product of rotations is rounded. Without renormalization, the heading would lose its
+    // unit length.
     moved.rotation.renormalize();
     moved.translation.vector += moved.rotation * Vector2::new(STEP_LENGTH, 0.0);
     moved
 }
 
-/// The ground that the robot covers at some pose.
+/// The area of the ground plan that the robot covers at a pose.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Footprint {
     pose: Pose,
@@ -29,13 +31,13 @@ pub(super) struct Footprint {
 }
 
 impl Footprint {
-    /// The footprint of the robot at the pose `robot`.
+    /// Returns the footprint of the robot at the pose `robot`.
     pub(super) fn at(robot: &Isometry2<f64>) -> Self {
         let half_side = (FOOTPRINT_SIDE / 2.0) as f32;
         Self { pose: contact::pose(robot), shape: Cuboid::new(Vector::splat(half_side)) }
     }
 
-    /// Whether it has a point in common with `shape` at `pose`.
+    /// Returns whether the footprint has a point in common with `shape` at `pose`.
     pub(super) fn touches(&self, pose: &Pose, shape: &dyn Shape) -> bool {
         contact::touch(&self.pose, &self.shape, pose, shape)
     }
@@ -48,7 +50,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn turns_before_it_steps() {
+    fn an_action_turns_before_it_moves_forward() {
         let robot = Isometry2::new(Vector2::new(0.5, -0.25), FRAC_PI_2);
         let moved = moved(&robot, Action::ALL[2]);
         let side = STEP_LENGTH * FRAC_1_SQRT_2;
@@ -58,7 +60,7 @@ mod tests {
     }
 
     #[test]
-    fn the_heading_keeps_its_length_over_a_million_turns() {
+    fn the_heading_keeps_its_unit_length_over_a_million_actions() {
         let mut robot = Isometry2::identity();
         for turn in 0..1_000_000 {
             robot = moved(&robot, Action::ALL[turn % Action::COUNT]);

@@ -1,4 +1,4 @@
-//! The room: a square interior, centred on the origin, with wall all around it.
+//! The room: a square interior, centred on the origin and surrounded by walls.
 
 use std::fmt;
 
@@ -9,13 +9,13 @@ use parry2d::shape::HalfSpace;
 use super::contact;
 use super::robot::Footprint;
 
-/// The inner side of the square room, in metres.
+/// Inner side length of the square room in metres.
 pub const ROOM_SIDE: f64 = 2.5;
 
-/// The height of the walls, in metres.
+/// Height of the walls in metres.
 pub const WALL_HEIGHT: f64 = 1.0;
 
-/// One of the room's four walls, named by the direction in which it stands.
+/// One of the four walls of the room, named after its direction from the centre.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Wall {
     /// The wall towards +x.
@@ -29,12 +29,13 @@ pub enum Wall {
 }
 
 impl Wall {
-    /// The four walls, counter-clockwise from +x.
+    /// All walls, counter-clockwise from +x.
     pub const ALL: [Self; 4] = [Self::PositiveX, Self::PositiveY, Self::NegativeX, Self::NegativeY];
 
-    /// A pose on the wall's inner face: x points into the room, and the origin is `offset` from
-    /// the middle of the wall, along the world's y axis for the walls of x and its x axis for the
-    /// walls of y.
+    /// Returns a pose on the inner face of the wall, in metres and radians.
+    ///
+    /// Its x axis points into the room. Its origin is `offset` metres from the middle of the wall,
+    /// along +y on the walls towards ±x and along +x on the walls towards ±y.
     pub fn face(self, offset: f64) -> Isometry2<f64> {
         const HALF: f64 = ROOM_SIDE / 2.0;
         let (x, y, inward_x, inward_y) = match self {
@@ -47,8 +48,8 @@ impl Wall {
         Isometry2::from_parts(Translation2::new(x, y), inward)
     }
 
-    /// Whether the footprint reaches the wall. A wall fills the half plane behind its face, so
-    /// that nothing can be beyond it.
+    /// Returns whether the footprint touches the wall. A wall fills the half-plane behind its inner
+    /// face, so no step can jump over it.
     pub(super) fn touches(self, footprint: &Footprint) -> bool {
         let solid = HalfSpace::new(Vector::X);
         footprint.touches(&contact::pose(&self.face(0.0)), &solid)
@@ -73,8 +74,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_robot_touches_the_wall_that_its_side_or_corner_reaches() {
-        // Half a side is 0.075 m and half a diagonal 0.10607 m.
+    fn touches_the_side_or_the_corner_of_the_robot() {
+        // Half the robot's side is 0.075 m; half its diagonal is 0.10607 m.
         for (x, degrees, expected) in [
             (1.174, 0.0_f64, false),
             (1.176, 0.0, true),
@@ -90,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn faces_look_at_the_middle() {
+    fn faces_point_to_the_centre_of_the_room() {
         for wall in Wall::ALL {
             let ahead = wall.face(0.0) * nalgebra::Point2::new(ROOM_SIDE / 2.0, 0.0);
             assert!(ahead.coords.norm() < 1e-15, "{wall}");

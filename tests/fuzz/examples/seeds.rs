@@ -1,8 +1,8 @@
-//! Writes something that is right for each target to start from, into `corpus/TARGET`.
+//! Writes a valid seed input for each target to `corpus/TARGET`.
 
 use std::{collections::BTreeMap, fs, path::Path};
 
-use evac_fuzz::{Files, Room, Silent, plan, settings};
+use evac_fuzz::{Files, Room, NullListener, plan, settings};
 use evac_msgs::{ActionCommand, reset, step};
 use ros_interfaces::{sensor_msgs::Image};
 use learning::{checkpoint::model_bytes, run::RunDirectory, training::Training};
@@ -20,7 +20,7 @@ fn write(target: &str, name: &str, bytes: &[u8]) {
 fn encoded(message: &impl Serialize) -> Vec<u8> {
     let mut bytes = Vec::new();
     to_writer_with_rep_id(&mut bytes, message, RepresentationIdentifier::CDR_LE)
-        .expect("it can be encoded");
+        .expect("the message can be encoded");
     bytes
 }
 
@@ -53,12 +53,12 @@ fn main() {
     write("yaml", "nested", yaml.as_bytes());
 
     let mut training = Training::new(plan(), settings()).expect("a network");
-    // In the middle of the second episode, with a memory that is full.
-    let _ = training.run(&mut [Room::new(18)], &mut Silent);
+    // Stops in the second episode, when the environment fails. The replay memory is full by then.
+    let _ = training.run(&mut [Room::new(18)], &mut NullListener);
     let files = Files::new(&[]);
     let path = files.path("checkpoint.safetensors");
     training.write_checkpoint(&path).expect("a checkpoint");
-    write("checkpoint", "middle", &fs::read(path).expect("it was just written"));
+    write("checkpoint", "middle", &fs::read(path).expect("a readable checkpoint"));
 
     let config = BTreeMap::from([
         ("hidden_layers".to_owned(), ParameterValue::IntegerArray(vec![2])),
@@ -66,7 +66,7 @@ fn main() {
     ]);
     let directory = RunDirectory::open(Path::new(files.directory())).expect("a directory");
     directory.write_config(&BTreeMap::from([("agent_node".to_owned(), config)])).expect("a file");
-    let config = fs::read(directory.file(RunDirectory::CONFIG)).expect("it was just written");
+    let config = fs::read(directory.file(RunDirectory::CONFIG)).expect("a readable file");
     let model = model_bytes(training.learner().network()).expect("weights");
     let length = (config.len() as u16).to_le_bytes();
     write("model", "small", &[&length[..], &config, &model].concat());

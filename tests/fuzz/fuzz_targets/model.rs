@@ -1,5 +1,5 @@
-//! A trained model and the configuration beside it, as `evaluate` and `drive` load them; one that is
-//! accepted must be able to decide.
+//! Loads a trained model and its configuration, as `evaluate` and `drive` do. If it loads, its
+//! policy must be able to decide.
 
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! The command line of a node, and requests to set its parameters.
+//! Parses a node's command line and a `set_parameters` request, and applies both.
 
 #![no_main]
 
@@ -17,7 +17,7 @@ fuzz_target!(|data: &[u8]| {
     };
     let (line, request) = data.split_at(data.len().min(usize::from(*length)));
     let line = String::from_utf8_lossy(line);
-    // As a shell would take it apart, an argument a line; a file would be outside of the target.
+    // One argument per line. Parameter files are excluded: they have their own target.
     let items = line.lines().filter(|item| !item.contains("--params-file"));
     let items = ["sim_node", "--ros-args"].into_iter().chain(items).map(str::to_owned);
     let Ok(arguments) = Arguments::parse(items) else {
@@ -32,7 +32,7 @@ fuzz_target!(|data: &[u8]| {
     };
     let _ = sim_node::ros::declare_room(&parameters);
     let _ = parameters.declare("anything", vec![String::new()], Descriptor::dynamic(""));
-    let _ = parameters.refuse_undeclared();
+    let _ = parameters.reject_undeclared();
     let request = deserialize_from_cdr_with_rep_id::<set_parameters::Request>(
         request,
         RepresentationIdentifier::CDR_LE,

@@ -1,5 +1,4 @@
-//! Requests, commands and images as they come over the wire, decoded as the nodes decode them and then
-//! obeyed as the nodes obey them.
+//! Decodes requests, commands and images as the nodes do, and executes them.
 
 #![no_main]
 
@@ -7,8 +6,7 @@ use std::cell::RefCell;
 
 use agent_node::ros::image;
 use evac_msgs::{ActionCommand, reset, step};
-use ros_interfaces::{sensor_msgs::Image};
-use learning::{checkpoint::model_bytes, run::RunDirectory, training::Training};
+use ros_interfaces::sensor_msgs::Image;
 use libfuzzer_sys::fuzz_target;
 use rustdds::{RepresentationIdentifier, serialization::deserialize_from_cdr_with_rep_id};
 use serde::de::DeserializeOwned;
@@ -67,8 +65,8 @@ fuzz_target!(|data: &[u8]| {
         _ => {
             if let Some(message) = decoded::<Image>(*encoding, bytes) {
                 let data = message.data.clone();
-                if let Ok((seen, _)) = image(message) {
-                    assert_eq!(seen.bytes()[..], data);
+                if let Ok((image, _)) = image(message) {
+                    assert_eq!(image.bytes()[..], data);
                 }
             }
         }

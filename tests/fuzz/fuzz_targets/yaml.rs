@@ -1,4 +1,4 @@
-//! A parameter file.
+//! Parses a parameter file.
 
 #![no_main]
 

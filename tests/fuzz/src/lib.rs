@@ -1,4 +1,4 @@
-//! What the targets and their seeds share.
+//! Code shared by the fuzz targets and the seed generator.
 
 use std::{
     fs,
@@ -14,11 +14,11 @@ use learning::{
 use task::{Action, Environment, Image, STEP_REWARD, Step};
 use tempfile::TempDir;
 
-/// Files in a directory of their own, which goes with this value.
+/// Files in a temporary directory, which is removed when this value is dropped.
 pub struct Files(TempDir);
 
 impl Files {
-    /// Writes files of these names, in memory where the system has a place for that.
+    /// Writes files with these names and contents, in memory if `/dev/shm` exists.
     pub fn new(files: &[(&str, &[u8])]) -> Files {
         let memory = Path::new("/dev/shm");
         let directory = match memory.is_dir() {
@@ -32,80 +32,85 @@ impl Files {
         directory
     }
 
-    /// The path of a file.
+    /// Returns the path of a file.
     pub fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
-    /// The path of the directory.
+    /// Returns the path of the directory.
     pub fn directory(&self) -> &str {
         self.0.path().to_str().expect("a path in Unicode")
     }
 }
 
-/// A plan of a short training.
+/// Returns the plan of a short training run.
 pub fn plan() -> Plan {
     Plan { scenario: "empty".to_owned(), episodes: 3, seed: 1, rooms: 1 }
 }
 
-/// The smallest network that learns, and a memory that is soon full.
+/// Returns settings with a minimal network and a replay memory that fills within an episode.
 pub fn settings() -> Settings {
-    Preset::Robust.settings().with(|s| { s.network.hidden_layers = vec![2]; s.network.observation_frames = 2; s.replay.capacity = 8; s.replay.batch_size = 2; })
+    Preset::Robust.settings().with(|s| {
+        s.network.hidden_layers = vec![2];
+        s.network.observation_frames = 2;
+        s.replay.capacity = 8;
+        s.replay.batch_size = 2;
+    })
 }
 
-/// A room of a few images, whose episodes are ten steps long.
+/// An environment with three different images and episodes of ten steps.
 pub struct Room {
     steps: u8,
-    left: u32,
+    remaining: u32,
 }
 
 impl Room {
-    /// A room that answers so many times.
-    pub fn new(answers: u32) -> Room {
-        Room { steps: 0, left: answers }
+    /// Creates an environment that fails after `responses` resets and steps.
+    pub fn new(responses: u32) -> Room {
+        Room { steps: 0, remaining: responses }
     }
 
     fn image(&self) -> Image {
         Image::try_from([self.steps % 3; Image::BYTES].as_slice()).expect("an image")
     }
 
-    fn answer(&mut self) -> Result<(), Silence> {
-        self.left = self.left.checked_sub(1).ok_or(Silence)?;
+    fn respond(&mut self) -> Result<(), Unavailable> {
+        self.remaining = self.remaining.checked_sub(1).ok_or(Unavailable)?;
         Ok(())
     }
 }
 
-/// A room that answers no more.
+/// The error for an environment that has failed.
 #[derive(Debug)]
-pub struct Silence;
+pub struct Unavailable;
 
-impl std::error::Error for Silence {}
+impl std::error::Error for Unavailable {}
 
-impl std::fmt::Display for Silence {
+impl std::fmt::Display for Unavailable {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("the room answers no more")
+        f.write_str("the environment is unavailable")
     }
 }
 
 impl Environment for Room {
-    type Error = Silence;
+    type Error = Unavailable;
     type PendingReset = ();
     type PendingStep = ();
 
-    fn begin_reset(&mut self, _: NonZeroU64, _: &str) -> Result<(), Silence> {
+    fn begin_reset(&mut self, _: NonZeroU64, _: &str) -> Result<(), Unavailable> {
         self.steps = 0;
-        self.answer()
+        self.respond()
     }
 
-    fn finish_reset(&mut self, (): ()) -> Result<Image, Silence> {
+    fn finish_reset(&mut self, (): ()) -> Result<Image, Unavailable> {
         Ok(self.image())
     }
 
-    fn begin_step(&mut self, _: Action) -> Result<(), Silence> {
-        self.answer()
+    fn begin_step(&mut self, _: Action) -> Result<(), Unavailable> {
+        self.respond()
     }
 
-    fn finish_step(&mut self, (): ()) -> Result<Step, Silence> {
+    fn finish_step(&mut self, (): ()) -> Result<Step, Unavailable> {
         self.steps += 1;
         let terminated = self.steps == 10;
         let image = self.image();
@@ -113,10 +118,10 @@ impl Environment for Room {
     }
 }
 
-/// Listens, and does nothing.
-pub struct Silent;
+/// Ignores all events of a training run.
+pub struct NullListener;
 
-impl Listener for Silent {
+impl Listener for NullListener {
     fn episode(&mut self, _: &Training, _: &EpisodeRecord) -> anyhow::Result<()> {
         Ok(())
     }

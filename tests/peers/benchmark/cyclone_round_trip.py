@@ -1,8 +1,9 @@
-"""Measures a round trip between two processes with CycloneDDS's Python binding, over loopback.
+"""Measures the round trip between two processes with CycloneDDS's Python binding, over loopback.
 
-A request of 16 bytes is answered by 420 bytes, the size of a camera image; both ways are reliable,
-keep the last sample and block on a WaitSet. Prints one line of JSON: `cyclone_rtt_us`, the
-percentiles 50, 99 and 99.9 in microseconds, and `cyclone_round_trips`, how many were measured.
+A request is 16 bytes, and a reply is 420 bytes, the size of a camera image. Both topics are
+reliable and keep only the last sample; both processes block on a WaitSet. Prints one line of JSON:
+`cyclone_rtt_us`, the 50th, 99th and 99.9th percentiles in microseconds, and `cyclone_round_trips`,
+the number of measured round trips.
 """
 
 import argparse
@@ -21,17 +22,16 @@ from cyclonedds.qos import Policy, Qos
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
-
 from loopback import default_domain, second_process
 
-# After so long without a partner or a sample, either side gives up.
-PATIENCE_S = 10.0
+# Timeout for discovery and for each sample, in seconds.
+TIMEOUT_S = 10.0
 WARM_UP = 500
 
 
 @dataclass
 class Request(IdlStruct, typename="benchmark::Request"):
-    """What a step of the simulator is asked with."""
+    """The fields of a step request."""
 
     episode: uint64
     step: uint32
@@ -48,38 +48,38 @@ class Reply(IdlStruct, typename="benchmark::Reply"):
 def connect(
     domain: int, send: type[IdlStruct], receive: type[IdlStruct]
 ) -> tuple[DataWriter[Any], DataReader[Any]]:
-    """A writer that has found its reader, and a reader, whose topics bear their types' names."""
+    """Returns a matched writer and a reader. Their topics are named after the types."""
     participant = DomainParticipant(domain)
     qos = Qos(Policy.Reliability.Reliable(duration(seconds=1)), Policy.History.KeepLast(1))
     reader = DataReader(participant, Topic(participant, receive.__name__, receive), qos)
     writer = DataWriter(participant, Topic(participant, send.__name__, send), qos)
-    deadline = time.monotonic() + PATIENCE_S
+    deadline = time.monotonic() + TIMEOUT_S
     while not writer.get_matched_subscriptions():
         if time.monotonic() > deadline:
-            sys.exit(f"no partner in domain {domain} within {PATIENCE_S} s")
+            sys.exit(f"no peer in domain {domain} within {TIMEOUT_S} s")
         time.sleep(0.01)
     return writer, reader
 
 
 def answer(domain: int) -> None:
-    """Answers requests until none comes any more."""
+    """Answers requests until none arrives within the timeout."""
     writer, reader = connect(domain, Reply, Request)
     reply = Reply(image=bytes(420))
-    for _ in reader.take_iter(timeout=duration(seconds=PATIENCE_S)):
+    for _ in reader.take_iter(timeout=duration(seconds=TIMEOUT_S)):
         writer.write(reply)
 
 
 def ask(domain: int, seconds: float) -> list[float]:
-    """The durations of the round trips that fit into a time, in microseconds."""
+    """Makes round trips for `seconds` seconds; returns their durations in microseconds."""
     writer, reader = connect(domain, Request, Reply)
-    replies = reader.take_iter(timeout=duration(seconds=PATIENCE_S))
+    replies = reader.take_iter(timeout=duration(seconds=TIMEOUT_S))
     request = Request(episode=1, step=1, action=3)
 
     def round_trip_us() -> float:
         start_ns = time.perf_counter_ns()
         writer.write(request)
         if next(replies, None) is None:
-            sys.exit(f"no reply within {PATIENCE_S} s")
+            sys.exit(f"no reply within {TIMEOUT_S} s")
         return (time.perf_counter_ns() - start_ns) / 1e3
 
     for _ in range(WARM_UP):
@@ -92,11 +92,11 @@ def ask(domain: int, seconds: float) -> list[float]:
 
 
 def main() -> None:
-    """Measures as the arguments say."""
+    """Parses the arguments, runs the benchmark and prints the results."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--domain", type=int, default=default_domain(), help="the DDS domain")
-    parser.add_argument("--seconds", type=float, default=3.0, help="how long to measure")
-    parser.add_argument("--answer", action="store_true", help="be the second process")
+    parser.add_argument("--seconds", type=float, default=3.0, help="duration of the measurement")
+    parser.add_argument("--answer", action="store_true", help="run as the remote end")
     arguments = parser.parse_args()
 
     if arguments.answer:

@@ -1,7 +1,8 @@
-"""Measures a round trip between two processes with ddsperf, CycloneDDS's own benchmark in C.
+"""Measures the round trip between two processes with ddsperf, CycloneDDS's own benchmark in C.
 
-480 bytes go there and back over loopback, reliably. Prints one line of JSON: `ddsperf_rtt_us`, the
-median in microseconds, or null where there is no ddsperf (Debian: cyclonedds-tools).
+Sends 480 bytes in each direction over loopback, reliably. Prints one line of JSON:
+`ddsperf_rtt_us`, the median in microseconds, or null if ddsperf is not installed (Debian:
+cyclonedds-tools).
 """
 
 import argparse
@@ -18,7 +19,7 @@ PAYLOAD_BYTES = 480
 
 
 def measure(ddsperf: str, domain: int, seconds: int, trigger: str) -> float:
-    """The median round trip of `seconds` seconds, in microseconds."""
+    """Measures for `seconds` seconds; returns the median round trip in microseconds."""
     command = [ddsperf, "-i", str(domain), "-D"]
     pong = [*command, str(seconds + 2), "pong", trigger]
     ping = [*command, str(seconds), "ping", "size", str(PAYLOAD_BYTES), trigger]
@@ -26,8 +27,8 @@ def measure(ddsperf: str, domain: int, seconds: int, trigger: str) -> float:
         output = subprocess.run(
             ping, check=True, capture_output=True, text=True, timeout=seconds + 10
         ).stdout
-    # Every second one line like "size 480 mean 9.9us min 8.5us 50% 8.8us 90% 11.5us ...". ddsperf
-    # gives half of each round trip, as an estimate of the latency one way.
+    # ddsperf prints a line per second: "size 480 mean 9.9us min 8.5us 50% 8.8us 90% 11.5us ...".
+    # Each value is half the round trip, an estimate of the one-way latency.
     halves_us = [float(half) for half in re.findall(r" 50% ([\d.]+)us", output)]
     if not halves_us:
         sys.exit(f"ddsperf measured nothing:\n{output}")
@@ -35,21 +36,21 @@ def measure(ddsperf: str, domain: int, seconds: int, trigger: str) -> float:
 
 
 def main() -> None:
-    """Measures as the arguments say."""
+    """Parses the arguments, runs the benchmark and prints the results."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--domain", type=int, default=default_domain(), help="the DDS domain")
-    parser.add_argument("--seconds", type=int, default=3, help="how long to measure")
+    parser.add_argument("--seconds", type=int, default=3, help="duration of the measurement")
     parser.add_argument(
         "--trigger",
         choices=["listener", "waitset"],
         default="listener",
-        help="answer in the receiving thread, or wake another as a program that waits would",
+        help="reply in the receiving thread (listener), or wake a waiting thread (waitset)",
     )
     arguments = parser.parse_args()
 
     ddsperf = shutil.which("ddsperf")
     if ddsperf is None:
-        print("no ddsperf on the PATH: install Debian's cyclonedds-tools", file=sys.stderr)
+        print("ddsperf not found on the PATH (Debian: cyclonedds-tools)", file=sys.stderr)
         rtt_us = None
     else:
         rtt_us = measure(ddsperf, arguments.domain, arguments.seconds, arguments.trigger)

@@ -1,4 +1,4 @@
-"""What the measurements of CycloneDDS share: a network of loopback alone and a second process."""
+"""Helpers for the CycloneDDS measurements, which run two processes over loopback only."""
 
 import os
 import subprocess
@@ -10,13 +10,13 @@ LOOPBACK_ONLY = Path(__file__).parent.with_name("loopback.xml").read_text()
 
 
 def default_domain() -> int:
-    """The DDS domain that ROS_DOMAIN_ID names, as for ROS 2's nodes."""
+    """Returns the DDS domain given by ROS_DOMAIN_ID (default: 0), as for ROS 2 nodes."""
     return int(os.environ.get("ROS_DOMAIN_ID", "0"))
 
 
 @contextmanager
 def second_process(command: list[str]) -> Iterator[None]:
-    """Runs a command, both it and this process on loopback alone, until the end of the block."""
+    """Runs a command during a `with` block. Restricts it and this process to loopback."""
     os.environ["CYCLONEDDS_URI"] = LOOPBACK_ONLY
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
     try:

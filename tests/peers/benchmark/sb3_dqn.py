@@ -1,8 +1,8 @@
-"""Measures Stable-Baselines3's DQN with the network and the numbers of Evac's preset `paper`.
+"""Measures Stable-Baselines3's DQN with the network and hyperparameters of Evac's preset `paper`.
 
-Environment and learner share one process, and the environment costs next to nothing: it shows
-random images drawn beforehand. Prints one line of JSON: `sb3_steps_per_s`, the environment's steps
-per second, each with one update, and `sb3_version`. One thread computes.
+Environment and learner run in one process. The environment returns precomputed random images, so
+its cost is negligible. Prints one line of JSON: `sb3_steps_per_s`, the environment steps per
+second, with one update per step, and `sb3_version`. Uses one thread.
 """
 
 import argparse
@@ -24,7 +24,7 @@ WARM_UP = 500
 
 
 class RandomImages(gymnasium.Env[NDArray[numpy.uint8], numpy.int64]):
-    """Shows one random camera image after another, whatever the action; 40 steps an episode."""
+    """Returns random camera images regardless of the action; an episode has 40 steps."""
 
     def __init__(self) -> None:
         self.observation_space = gymnasium.spaces.Box(0, 255, IMAGE_SHAPE, numpy.uint8)
@@ -34,28 +34,28 @@ class RandomImages(gymnasium.Env[NDArray[numpy.uint8], numpy.int64]):
         self.steps = 0
 
     def image(self) -> NDArray[numpy.uint8]:
-        """The image of the present step."""
+        """Returns the image of the current step."""
         return self.images[self.steps % IMAGES]
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[numpy.uint8], dict[str, Any]]:
-        """Begins an episode."""
+        """Starts an episode."""
         super().reset(seed=seed)
         return self.image(), {}
 
     def step(
         self, action: numpy.int64
     ) -> tuple[NDArray[numpy.uint8], float, bool, bool, dict[str, Any]]:
-        """Goes on to the next image: image, reward, terminated, truncated, nothing more."""
+        """Returns the next image, the reward, terminated, truncated and an empty info."""
         self.steps += 1
         return self.image(), -0.1, self.steps % EPISODE_STEPS == 0, False, {}
 
 
 def main() -> None:
-    """Measures as the arguments say."""
+    """Parses the arguments, runs the benchmark and prints the results."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--steps", type=int, default=3_000, help="how many to measure")
+    parser.add_argument("--steps", type=int, default=3_000, help="number of steps to measure")
     arguments = parser.parse_args()
 
     torch.set_num_threads(1)
@@ -71,7 +71,7 @@ def main() -> None:
         train_freq=1,
         gradient_steps=1,
         target_update_interval=EPISODE_STEPS,
-        # Where the paper's exploration ends: nine of ten actions ask the network.
+        # The final exploration rate of the paper: nine out of ten actions need inference.
         exploration_initial_eps=0.1,
         exploration_final_eps=0.1,
         policy_kwargs={

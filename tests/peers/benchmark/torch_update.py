@@ -1,10 +1,8 @@
-"""Measures one update of deep Q-learning in PyTorch, of a network and batch like Evac's.
+"""Measures one update of deep Q-learning in PyTorch, with a network and batch like Evac's.
 
-Without options they are those of the preset `paper`.
-
-An update is everything from drawing a batch of memories to the step of Adam. Prints one line of
-JSON: `torch_update_us`, the median over chunks of 100 updates, in microseconds each, and
-`torch_version`. One thread computes.
+The defaults are those of the preset `paper`. An update includes sampling the batch and the Adam
+step. Prints one line of JSON: `torch_update_us`, the time per update in microseconds, as the median
+over chunks of 100 updates, and `torch_version`. Uses one thread.
 """
 
 import argparse
@@ -18,47 +16,50 @@ import torch
 from torch import Tensor, nn
 
 ACTIONS = 7
-MEMORIES = 10_000
+CAPACITY = 10_000
 DISCOUNT = 0.999
 CHUNK = 100
 WARM_UP = 300
 
 
 def network(widths: list[int]) -> nn.Sequential:
-    """A perceptron of linear layers between these widths, with ReLU between the layers."""
+    """Returns a multilayer perceptron with these layer widths and ReLU between the layers."""
     layers: list[nn.Module] = []
     for inputs, outputs in pairwise(widths):
         layers += [nn.Linear(inputs, outputs), nn.ReLU()]
     return nn.Sequential(*layers[:-1])
 
 
-class Memory:
-    """A full replay memory, whose observations are bytes as a camera gives them, at random."""
+class ReplayMemory:
+    """A full replay memory of random transitions. Observations are bytes, as from a camera."""
 
     def __init__(self, inputs: int) -> None:
         self.random = numpy.random.default_rng(0)
-        self.states = torch.randint(256, (MEMORIES, inputs), dtype=torch.uint8)
-        self.next_states = torch.randint(256, (MEMORIES, inputs), dtype=torch.uint8)
-        self.actions = torch.randint(ACTIONS, (MEMORIES, 1))
-        # One memory of forty ends its episode: no reward is lost there, and none follows.
-        terminated = torch.rand(MEMORIES, 1) < 1 / 40
+        self.states = torch.randint(256, (CAPACITY, inputs), dtype=torch.uint8)
+        self.next_states = torch.randint(256, (CAPACITY, inputs), dtype=torch.uint8)
+        self.actions = torch.randint(ACTIONS, (CAPACITY, 1))
+        # One transition in forty is terminal: its reward is 0 and nothing is bootstrapped.
+        terminated = torch.rand(CAPACITY, 1) < 1 / 40
         self.rewards = torch.where(terminated, 0.0, -0.1)
         self.discounts = torch.where(terminated, 0.0, DISCOUNT)
 
     def sample(self, batch: int) -> tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
-        """Different memories, drawn uniformly: states, actions, rewards, discounts, next states."""
-        drawn = torch.from_numpy(self.random.choice(MEMORIES, batch, replace=False))
+        """Samples distinct transitions uniformly.
+
+        Returns states, actions, rewards, discounts and next states, `[batch, ...]` each.
+        """
+        indices = torch.from_numpy(self.random.choice(CAPACITY, batch, replace=False))
         return (
-            self.states.index_select(0, drawn).float().div_(255),
-            self.actions.index_select(0, drawn),
-            self.rewards.index_select(0, drawn),
-            self.discounts.index_select(0, drawn),
-            self.next_states.index_select(0, drawn).float().div_(255),
+            self.states.index_select(0, indices).float().div_(255),
+            self.actions.index_select(0, indices),
+            self.rewards.index_select(0, indices),
+            self.discounts.index_select(0, indices),
+            self.next_states.index_select(0, indices).float().div_(255),
         )
 
 
 class Learner:
-    """A network in training, its target network and its optimiser."""
+    """The training network, the target network and the optimizer."""
 
     def __init__(self, widths: list[int], double: bool) -> None:
         self.training = network(widths)
@@ -67,8 +68,8 @@ class Learner:
         self.double = double
         self.adam = torch.optim.Adam(self.training.parameters(), lr=1e-4, eps=1e-7, fused=True)
 
-    def update(self, memory: Memory, batch: int) -> None:
-        """One step along the gradient of the mean squared error of a batch."""
+    def update(self, memory: ReplayMemory, batch: int) -> None:
+        """Takes one gradient step on the mean squared error of a batch."""
         states, actions, rewards, discounts, next_states = memory.sample(batch)
         with torch.no_grad():
             future = self.target(next_states)
@@ -76,26 +77,26 @@ class Learner:
                 best = future.gather(1, self.training(next_states).argmax(1, keepdim=True))
             else:
                 best = future.amax(1, keepdim=True)
-            wanted = torch.addcmul(rewards, discounts, best)
+            targets = torch.addcmul(rewards, discounts, best)
         values = self.training(states).gather(1, actions)
         self.adam.zero_grad(set_to_none=True)
-        nn.functional.mse_loss(values, wanted).backward()
+        nn.functional.mse_loss(values, targets).backward()
         self.adam.step()
 
 
 def main() -> None:
-    """Measures as the arguments say."""
+    """Parses the arguments, runs the benchmark and prints the results."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--updates", type=int, default=3_000, help="how many to measure")
-    parser.add_argument("--inputs", type=int, default=420, help="bytes of an observation")
-    parser.add_argument("--hidden", type=int, nargs="+", default=[64, 128, 64], help="widths")
-    parser.add_argument("--batch", type=int, default=50, help="memories of one update")
-    parser.add_argument("--double", action="store_true", help="Double DQN")
+    parser.add_argument("--updates", type=int, default=3_000, help="number of updates to measure")
+    parser.add_argument("--inputs", type=int, default=420, help="size of an observation in bytes")
+    parser.add_argument("--hidden", type=int, nargs="+", default=[64, 128, 64], help="layer widths")
+    parser.add_argument("--batch", type=int, default=50, help="batch size")
+    parser.add_argument("--double", action="store_true", help="use double Q-learning")
     arguments = parser.parse_args()
 
     torch.set_num_threads(1)
     torch.manual_seed(0)
-    memory = Memory(arguments.inputs)
+    memory = ReplayMemory(arguments.inputs)
     learner = Learner([arguments.inputs, *arguments.hidden, ACTIONS], arguments.double)
     for _ in range(WARM_UP):
         learner.update(memory, arguments.batch)

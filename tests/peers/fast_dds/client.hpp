@@ -1,5 +1,6 @@
-// A client of a service with Fast DDS, as rmw_fastrtps_cpp maps services to DDS: requests and
-// answers are samples of two topics; which of them belong together is said beside the data.
+// A Fast DDS service client with the service mapping of rmw_fastrtps_cpp: requests and
+// responses are samples on two topics. The related sample identity in their metadata matches each
+// response to its request.
 
 #pragma once
 
@@ -35,18 +36,18 @@ namespace rtps = eprosima::fastrtps::rtps;
 using Clock = std::chrono::steady_clock;
 using eprosima::fastrtps::types::ReturnCode_t;
 
-// Others hear at once that a participant is gone.
-struct Leave {
+// Deletes a participant properly, so that the other participants learn of its departure.
+struct DeleteParticipant {
     void operator()(fastdds::DomainParticipant *participant) const {
         participant->delete_contained_entities();
         fastdds::DomainParticipantFactory::get_instance()->delete_participant(participant);
     }
 };
 
-using Participant = std::unique_ptr<fastdds::DomainParticipant, Leave>;
+using Participant = std::unique_ptr<fastdds::DomainParticipant, DeleteParticipant>;
 
-// The keys of the enclave that ROS's variables name, which must be ROS_SECURITY_ENCLAVE_OVERRIDE; none
-// without ROS_SECURITY_ENABLE=true.
+// Returns the security properties for the enclave ROS_SECURITY_ENCLAVE_OVERRIDE in the keystore
+// ROS_SECURITY_KEYSTORE; empty unless ROS_SECURITY_ENABLE is "true".
 inline rtps::PropertyPolicy security() {
     const auto variable = [](const char *name) {
         const char *const value = std::getenv(name);
@@ -77,8 +78,8 @@ inline rtps::PropertyPolicy security() {
     return policy;
 }
 
-// Joins a domain as ROS 2 does for ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST, but for shared memory:
-// participants find each other at the well-known unicast ports of loopback, and nothing leaves it.
+// Joins a domain as ROS 2 does for ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST, but without shared
+// memory: participants discover each other only at the well-known unicast ports of loopback.
 inline Participant join(uint32_t domain_id) {
     const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
     udp->interfaceWhiteList = {"127.0.0.1"};
@@ -90,7 +91,7 @@ inline Participant join(uint32_t domain_id) {
     qos.transport().use_builtin_transports = false;
     qos.transport().user_transports = {udp};
     auto &discovery = qos.wire_protocol().builtin;
-    // With an address of its own it asks for no multicast.
+    // With an explicit address, Fast DDS does not use multicast.
     discovery.metatrafficUnicastLocatorList.push_back(loopback);
     discovery.initialPeersList.push_back(loopback);
     qos.properties(security());
@@ -102,12 +103,12 @@ inline Participant join(uint32_t domain_id) {
     return participant;
 }
 
-// A type that Fast DDS knows by name only: its messages come and go as the bytes that they are.
+// A type that is opaque to Fast DDS: its samples are byte strings that are already serialized.
 class Encoded : public fastdds::TopicDataType {
 public:
     explicit Encoded(const std::string &name) {
         setName(name.c_str());
-        // What is longer gets its room when it comes.
+        // The initial buffer size; the memory policy reallocates for longer samples.
         m_typeSize = 256;
         // ROS 2 does not describe its types to DDS.
         auto_fill_type_object(false);
@@ -138,19 +139,20 @@ public:
     bool getKey(void *, rtps::InstanceHandle_t *, bool) override { return false; }
 };
 
-// The profile that ROS 2 has for services.
+// Applies the QoS profile of ROS 2 services.
 template <typename Qos>
 Qos for_services(Qos qos) {
     qos.reliability().kind = fastdds::RELIABLE_RELIABILITY_QOS;
     qos.durability().kind = fastdds::VOLATILE_DURABILITY_QOS;
     qos.history().kind = fastdds::KEEP_LAST_HISTORY_QOS;
     qos.history().depth = 10;
-    // Messages have no greatest length.
+    // Messages have no maximum length.
     qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
     return qos;
 }
 
-// A client of a service, such as Client<Step> of /step. All of its waiting ends at the deadline.
+// A client of a service, such as Client<Step> for /step. Throws std::runtime_error if it cannot be
+// created, or if no server is found or a response has not arrived by the deadline.
 template <typename Service>
 class Client {
 public:
@@ -163,63 +165,65 @@ public:
             return participant.create_topic(name, type, fastdds::TOPIC_QOS_DEFAULT);
         };
         const auto requests = topic("rq" + service + "Request", "_Request_");
-        const auto answers = topic("rr" + service + "Reply", "_Response_");
+        const auto responses = topic("rr" + service + "Reply", "_Response_");
         const auto publisher = participant.create_publisher(fastdds::PUBLISHER_QOS_DEFAULT);
         const auto subscriber = participant.create_subscriber(fastdds::SUBSCRIBER_QOS_DEFAULT);
         reader_ =
-            subscriber->create_datareader(answers, for_services(fastdds::DATAREADER_QOS_DEFAULT));
+            subscriber->create_datareader(responses, for_services(fastdds::DATAREADER_QOS_DEFAULT));
         writer_ =
             publisher->create_datawriter(requests, for_services(fastdds::DATAWRITER_QOS_DEFAULT));
         if (!reader_ || !writer_) {
-            throw std::runtime_error("there can be no client of " + service);
+            throw std::runtime_error("cannot create a client of " + service);
         }
         while (!is_served()) {
             if (Clock::now() > deadline) {
-                throw std::runtime_error("nobody serves " + service);
+                throw std::runtime_error("no server for " + service);
             }
             std::this_thread::sleep_for(std::chrono::milliseconds(10));
         }
     }
 
-    // The answer to a request, which is repeated until there is one: the first answer may be lost,
-    // since the server does not wait until it has found the client's reader.
+    // Sends a request, repeats it every second until a response arrives, and returns the response.
+    // The first response may be lost, since the server does not wait until it has matched the
+    // client's reader.
     typename Service::Response call(const typename Service::Request &request) {
         Bytes bytes = encode(request);
         std::optional<rtps::SequenceNumber_t> first;
         while (Clock::now() < deadline_) {
-            // It bears a number as every sample does, and says besides who hears the answer.
+            // Tells the server which reader expects the response. The sample's sequence number
+            // identifies the request.
             rtps::WriteParams parameters;
             parameters.related_sample_identity().writer_guid(reader_->guid());
             if (!writer_->write(&bytes, parameters)) {
-                throw std::runtime_error("a request to " + service_ + " cannot be sent");
+                throw std::runtime_error("cannot send a request to " + service_);
             }
             first = first.value_or(parameters.sample_identity().sequence_number());
             const auto until = std::min(deadline_, Clock::now() + std::chrono::seconds(1));
-            if (const auto answer = answer_since(*first, until)) {
-                return decode<typename Service::Response>(*answer);
+            if (const auto response = response_since(*first, until)) {
+                return decode<typename Service::Response>(*response);
             }
         }
-        throw std::runtime_error("no answer from " + service_);
+        throw std::runtime_error("no response from " + service_);
     }
 
 private:
     bool is_served() const {
         fastdds::PublicationMatchedStatus servers;
-        fastdds::SubscriptionMatchedStatus answering;
+        fastdds::SubscriptionMatchedStatus repliers;
         writer_->get_publication_matched_status(servers);
-        reader_->get_subscription_matched_status(answering);
-        return servers.current_count > 0 && answering.current_count > 0;
+        reader_->get_subscription_matched_status(repliers);
+        return servers.current_count > 0 && repliers.current_count > 0;
     }
 
-    // The answer to a request of this client from the first one on.
-    std::optional<Bytes> answer_since(const rtps::SequenceNumber_t &first,
-                                      Clock::time_point until) {
+    // Returns the response to a request of this client with a sequence number of at least `first`.
+    std::optional<Bytes> response_since(const rtps::SequenceNumber_t &first,
+                                        Clock::time_point until) {
         Bytes bytes;
         fastdds::SampleInfo info;
         for (;;) {
             while (reader_->take_next_sample(&bytes, &info) == ReturnCode_t::RETCODE_OK) {
                 const auto &request = info.related_sample_identity;
-                // Everybody's answers come by one topic; and a server that leaves says so by a
+                // The topic carries the responses to all clients, and a departing server causes a
                 // sample without data.
                 if (info.valid_data && request.writer_guid() == reader_->guid() &&
                     request.sequence_number() >= first) {

@@ -1,4 +1,4 @@
-// The services of evac_msgs: their requests and answers, field by field and as bytes.
+// The requests and responses of the services of evac_msgs, and their serialization as CDR.
 
 #pragma once
 
@@ -13,7 +13,7 @@
 #include <fastcdr/exceptions/Exception.h>
 
 #if FASTCDR_VERSION_MAJOR != 1
-#error "this is written for Fast-CDR 1, as Debian 12 has it"
+#error "Fast-CDR 1 required (Debian 12)"
 #endif
 
 struct Time {
@@ -90,7 +90,7 @@ struct Step {
     };
 };
 
-// Visits the fields of a message in their order; in CDR, those of an inner message lie among them.
+// Visits the fields of a message in CDR order, including those of nested messages.
 template <typename Value, typename Visit>
 void for_each_field(Value &value, const Visit &visit) {
     if constexpr (requires { value.fields(); }) {
@@ -100,7 +100,7 @@ void for_each_field(Value &value, const Visit &visit) {
     }
 }
 
-// A message in CDR, after the four bytes that say so.
+// A message as CDR with its four-byte encapsulation header.
 using Bytes = std::vector<char>;
 
 template <typename Message>
@@ -123,7 +123,7 @@ Message decode(Bytes bytes) {
         cdr.read_encapsulation();
         for_each_field(message, [&](auto &field) { cdr >> field; });
     } catch (const exception::Exception &error) {
-        throw std::runtime_error(std::string("a message cannot be read: ") + error.what());
+        throw std::runtime_error(std::string("cannot decode a message: ") + error.what());
     }
     return message;
 }

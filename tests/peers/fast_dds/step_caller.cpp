@@ -1,11 +1,12 @@
-// Calls /reset and /step with Fast DDS, as rmw_fastrtps_cpp maps services to DDS.
+// Calls /reset and /step with Fast DDS, with the service mapping of rmw_fastrtps_cpp.
 //
 //     step_caller --steps NUMBER [--timeout SECONDS]
 //
-// Takes a number of steps with the actions 1, 2, ... 6, 0, 1, ... and prints one line of JSON: how
-// many answers were right in their numbers, how often the exit was reached, and a checksum of all
-// images. An episode that is over is followed by one with the next seed, from 1. Exits with 1 and
-// says what was missing if all that is not done in time. The domain is that of ROS_DOMAIN_ID.
+// Takes a number of steps with the actions 1, 2, ..., 6, 0, 1, ... Whenever an episode ends, starts
+// another one with the next seed, counted from 1. Prints one line of JSON: the number of successful
+// responses with the expected episode and step, the number of successful episodes, and a CRC-32 of
+// all images. Exits with status 1 and an error if the steps take longer than the timeout
+// (default: 20 s). The domain is given by ROS_DOMAIN_ID.
 
 #include <charconv>
 #include <cstdlib>
@@ -43,7 +44,7 @@ struct Options {
             }
         }
         if (steps == 0) {
-            throw std::runtime_error("how many steps? give --steps NUMBER");
+            throw std::runtime_error("--steps is missing or 0: expected a positive number");
         }
     }
 };
@@ -64,25 +65,25 @@ int main(int count, char **arguments) try {
 
     uLong checksum = crc32(0, nullptr, 0);
     uint64_t seed = 0, episode = 0;
-    uint32_t step_number = 0, right = 0, escapes = 0;
+    uint32_t step_number = 0, expected = 0, successes = 0;
     for (uint32_t sequence = 1; sequence <= options.steps; ++sequence) {
         if (step_number == 0) {
             ++seed;
-            const auto begun = reset.call({.request = seed, .seed = seed, .scenario = ""});
-            episode = begun.episode;
-            add_to(checksum, begun.image);
+            const auto start = reset.call({.request = seed, .seed = seed, .scenario = ""});
+            episode = start.episode;
+            add_to(checksum, start.image);
         }
         ++step_number;
         const auto action = static_cast<uint8_t>(sequence % 7);
-        const auto taken = step.call({.episode = episode, .step = step_number, .action = action});
-        right += taken.success && taken.episode == episode && taken.step == step_number;
-        escapes += taken.terminated;
-        add_to(checksum, taken.image);
-        if (taken.terminated || taken.truncated) {
+        const auto result = step.call({.episode = episode, .step = step_number, .action = action});
+        expected += result.success && result.episode == episode && result.step == step_number;
+        successes += result.terminated;
+        add_to(checksum, result.image);
+        if (result.terminated || result.truncated) {
             step_number = 0;
         }
     }
-    std::cout << "{\"right\": " << right << ", \"escapes\": " << escapes
+    std::cout << "{\"right\": " << expected << ", \"escapes\": " << successes
               << ", \"checksum\": " << checksum << "}\n";
     return 0;
 } catch (const std::exception &error) {

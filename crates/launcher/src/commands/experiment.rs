@@ -1,5 +1,5 @@
-//! `evac bench`, `ablation`, `reproduce`, `soak`: the programs of the crate `experiments`, which take the
-//! rest of the command line.
+//! `evac bench`, `ablation`, `reproduce` and `soak`: the programs of the crate `experiments`. They
+//! parse the rest of the command line themselves.
 
 use std::{
     os::unix::process::CommandExt,
@@ -11,12 +11,12 @@ use clap::{Arg, ArgMatches, Command};
 
 use crate::programs;
 
-/// The command, its program, and what it does.
+/// Command, program and description.
 const EXPERIMENTS: [(&str, &str, &str); 4] = [
-    ("bench", "benchmark", "Measure speed: update, step over DDS, training, simulator"),
-    ("ablation", "ablation", "Train without each ingredient of the preset robust"),
-    ("reproduce", "reproduction", "Train and test everything that the results show"),
-    ("soak", "soak", "A training of a million steps over a bad network"),
+    ("bench", "benchmark", "Measure the speed of updates, DDS steps, training and the simulator"),
+    ("ablation", "ablation", "Train the preset robust with one ingredient left out at a time"),
+    ("reproduce", "reproduction", "Train and evaluate every policy of docs/results.md"),
+    ("soak", "soak", "Train for a million steps over an unreliable network"),
 ];
 
 pub fn commands() -> impl Iterator<Item = Command> {
@@ -27,13 +27,17 @@ pub fn commands() -> impl Iterator<Item = Command> {
     })
 }
 
-/// Becomes the program.
+/// Replaces this process with the program of the command `name`.
+///
+/// # Errors
+///
+/// Returns an error if the program is not found or cannot be executed.
 pub fn run(name: &str, matches: &ArgMatches) -> anyhow::Result<ExitCode> {
     let program = EXPERIMENTS.iter().find(|(command, ..)| *command == name);
-    let (_, program, _) = program.context("no such command")?;
+    let (_, program, _) = program.with_context(|| format!("{name}: unknown command"))?;
     let arguments = matches.get_many::<String>("arguments").into_iter().flatten();
     let mut command = process::Command::new(programs::find(program)?);
-    // candle's matrix product, which the update is measured by, on one thread.
+    // The benchmark's baseline is candle on one thread.
     let error = command.env("RAYON_NUM_THREADS", "1").args(arguments).exec();
-    Err(error).context(*program)
+    Err(error).with_context(|| format!("cannot execute {program}"))
 }

@@ -1,13 +1,18 @@
-//! What the program does.
+//! The commands of `evac`.
 
 mod drive;
 mod evaluate;
 mod experiment;
-mod fewest_steps;
 mod nodes;
+mod shortest_paths;
 mod train;
 
-use std::{ffi::OsString, io, path::Path, process::ExitCode};
+use std::{
+    ffi::OsString,
+    io::{self, Write},
+    path::Path,
+    process::ExitCode,
+};
 
 use anyhow::bail;
 use clap::{Arg, ArgMatches, Command, value_parser};
@@ -16,19 +21,27 @@ use clap_complete::{Shell, generate};
 use self::nodes::Nodes;
 use crate::supervision::{self, Plan};
 
-/// The commands that start nodes, and whose options are the parameters of these.
+/// The commands that start nodes. Their options include the parameters of the nodes.
 const NODE_COMMANDS: [&str; 3] = ["train", "evaluate", "drive"];
 
-/// Does what a command line says.
+/// Parses the command line and runs the command. The first of `arguments` is the program name.
+///
+/// # Errors
+///
+/// Returns an error if the arguments are invalid for the nodes, or if the command fails. If clap
+/// rejects the arguments, prints its error and exits the process with status 2.
 pub fn run(arguments: impl Iterator<Item = OsString>) -> anyhow::Result<ExitCode> {
-    // `ros2 launch` ends the arguments of every node with this.
+    // `ros2 launch` appends --ros-args to the arguments of every node. Everything after
+    // --ros-args goes to the agent, as with `--`.
     let mut arguments: Vec<OsString> = arguments.collect();
-    if let Some(end) = arguments.iter_mut().find(|item| *item == "--ros-args" || *item == "--") {
-        *end = "--".into();
+    if let Some(separator) =
+        arguments.iter_mut().find(|item| *item == "--ros-args" || *item == "--")
+    {
+        *separator = "--".into();
     }
-    // Only the nodes of the command are asked for their parameters.
-    let is_chosen = |name: &&str| arguments.get(1).is_some_and(|command| command == *name);
-    let nodes = NODE_COMMANDS.into_iter().find(is_chosen).map(Nodes::of).transpose()?;
+    // Queries take time, so the nodes are queried only if the given command starts them.
+    let is_given = |name: &&str| arguments.get(1).is_some_and(|command| command == *name);
+    let nodes = NODE_COMMANDS.into_iter().find(is_given).map(Nodes::query).transpose()?;
     let options = |command: Command| match &nodes {
         Some(nodes) if command.get_name() == nodes.command() => nodes.add_options(command),
         _ => command,
@@ -40,17 +53,18 @@ pub fn run(arguments: impl Iterator<Item = OsString>) -> anyhow::Result<ExitCode
         (Some(("drive", matches)), Some(nodes)) => drive::run(matches, nodes),
         (Some(("completions", matches)), _) => print_completions(matches),
         (Some((name, matches)), _) => experiment::run(name, matches),
-        (None, _) => bail!("a command is missing: see --help"),
+        (None, _) => bail!("missing command (evac --help lists the commands)"),
     }
 }
 
-/// All commands; `options` adds those options that are parameters of nodes.
+/// Returns the definition of the command line. `options` adds the parameters of the nodes to a
+/// command as options.
 fn command_line(options: impl Fn(Command) -> Command) -> Command {
     let completions = Command::new("completions")
-        .about("Print the completions of a shell: source <(evac completions bash)")
+        .about("Print shell completions, for example for bash: source <(evac completions bash)")
         .arg(Arg::new("shell").required(true).value_parser(value_parser!(Shell)));
     Command::new("evac")
-        .about("Starts the nodes of Evac, watches them, and ends them")
+        .about("Starts, supervises and stops the nodes of Evac")
         .version(env!("CARGO_PKG_VERSION"))
         .subcommand_required(true)
         .subcommands([train::command(), evaluate::command(), drive::command()].map(options))
@@ -60,29 +74,35 @@ fn command_line(options: impl Fn(Command) -> Command) -> Command {
 
 fn print_completions(matches: &ArgMatches) -> anyhow::Result<ExitCode> {
     let shell = *matches.get_one::<Shell>("shell").unwrap_or(&Shell::Bash);
-    let nodes = NODE_COMMANDS.map(Nodes::of).into_iter().collect::<anyhow::Result<Vec<_>>>()?;
+    let nodes = NODE_COMMANDS.map(Nodes::query).into_iter().collect::<anyhow::Result<Vec<_>>>()?;
     let mut command = command_line(|command| {
         match nodes.iter().find(|nodes| nodes.command() == command.get_name()) {
             Some(nodes) => nodes.add_options(command),
             None => command,
         }
     });
-    generate(shell, &mut command, "evac", &mut io::stdout());
-    Ok(ExitCode::SUCCESS)
-}
-
-/// Fails unless there is a trained model where the parameter `model` says.
-fn check_model(model: &str) -> anyhow::Result<()> {
-    match model {
-        "" => bail!("which model? give --model DIR, the directory of a training"),
-        model if Path::new(model).join("config.yaml").is_file() => Ok(()),
-        model => bail!("no trained model in {model}: there is no config.yaml"),
+    // `generate` panics if it cannot write, for example because `head` has closed the pipe.
+    let mut text = Vec::new();
+    generate(shell, &mut command, "evac", &mut text);
+    match io::stdout().write_all(&text) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error.into()),
+        _ => Ok(ExitCode::SUCCESS),
     }
 }
 
-/// Runs the nodes of a plan on this thread.
+/// Returns an error unless `model`, the value of the parameter `model`, is a directory with a
+/// trained model.
+fn check_model(model: &str) -> anyhow::Result<()> {
+    match model {
+        "" => bail!("missing option --model DIR (expected: the directory of a training run)"),
+        model if Path::new(model).join("config.yaml").is_file() => Ok(()),
+        model => bail!("no trained model in {model} (config.yaml not found)"),
+    }
+}
+
+/// Runs the nodes of a plan on the current thread.
 fn supervise(plan: &Plan) -> anyhow::Result<ExitCode> {
-    // One thread, which has started all children, and which they end with.
+    // Single-threaded, because a node receives SIGTERM when the thread that started it exits.
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     runtime.block_on(supervision::run(plan))
 }

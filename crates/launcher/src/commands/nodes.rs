@@ -1,78 +1,91 @@
-//! The nodes of a command: their programs, their parameters as options, and their arguments.
+//! The nodes of a command: their programs, parameters and arguments.
 
 use std::path::PathBuf;
 
 use clap::{Arg, ArgAction, ArgMatches, Command};
 
 use crate::{
-    command_line::{given, with_parameters},
+    command_line::{given_parameters, with_parameters},
     parameters::Parameters,
     programs,
 };
 
-/// The agent and the simulator of a command.
+/// The agent and the simulator that a command starts.
 pub struct Nodes {
     command: &'static str,
-    /// The program of the agent.
+    /// Program of the agent.
     pub agent: PathBuf,
-    /// The program of the simulator.
+    /// Program of the simulator.
     pub simulator: PathBuf,
-    agent_options: Parameters,
-    simulator_options: Parameters,
+    agent_parameters: Parameters,
+    simulator_parameters: Parameters,
 }
 
 impl Nodes {
-    /// Finds the programs and asks them for their parameters.
-    pub fn of(command: &'static str) -> anyhow::Result<Nodes> {
+    /// Finds the programs and queries them for their parameters.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if a program is not found or a query fails.
+    pub fn query(command: &'static str) -> anyhow::Result<Nodes> {
         let (agent, simulator) = (programs::find("agent_node")?, programs::find("sim_node")?);
-        let agent_options = Parameters::of(&agent, Some(command), &[])?;
-        let simulator_options = Parameters::of(&simulator, None, &[])?;
-        Ok(Nodes { command, agent, simulator, agent_options, simulator_options })
+        let agent_parameters = Parameters::query(&agent, Some(command), &[])?;
+        let simulator_parameters = Parameters::query(&simulator, None, &[])?;
+        Ok(Nodes { command, agent, simulator, agent_parameters, simulator_parameters })
     }
 
-    /// The command, which is also that of the agent.
+    /// Returns the name of the command, which is the same for `evac` and the agent.
     pub fn command(&self) -> &'static str {
         self.command
     }
 
-    /// Adds an option for each parameter; one that both nodes have is the agent's.
+    /// Adds an option for each parameter of the nodes. A parameter that both nodes have becomes an
+    /// option of the agent.
     pub fn add_options(&self, command: Command) -> Command {
         let ros = Arg::new("ros")
-            .help("ROS arguments of the agent, after --: -p learning_rate:=0.001")
+            .help("ROS arguments for the agent, for example: -- --log-level debug")
             .value_name("ROS ARGUMENTS")
             .num_args(0..)
             .last(true)
             .action(ArgAction::Append);
         let command =
-            with_parameters(command.arg(ros), &self.agent_options, "Parameters of the agent");
-        with_parameters(command, &self.simulator_options, "Parameters of the simulator")
+            with_parameters(command.arg(ros), &self.agent_parameters, "Parameters of the agent");
+        with_parameters(command, &self.simulator_parameters, "Parameters of the simulator")
     }
 
-    /// The ROS arguments of the agent: these, the given options, and what stands after `--`; and the
-    /// parameters that they come to. The error is the node's.
+    /// Returns the ROS arguments of the agent and the resulting parameters. The arguments are
+    /// `defaults`, the given options, and the arguments after `--`; later ones take precedence.
+    ///
+    /// # Errors
+    ///
+    /// Returns the error message of the agent if an argument is invalid.
     pub fn agent_arguments(
         &self,
         matches: &ArgMatches,
         defaults: Vec<String>,
     ) -> anyhow::Result<(Vec<String>, Parameters)> {
-        // Whose keys it has, where there is security; another one that is given has precedence.
+        // With SROS2, the enclave selects the keys. An --enclave after `--` takes precedence.
         let enclave = ["--ros-args", "--enclave", "/evac/agent_node"];
         let mut arguments = enclave.map(str::to_owned).to_vec();
         arguments.extend(defaults);
-        arguments.extend(given(matches, &self.agent_options, None));
+        arguments.extend(given_parameters(matches, &self.agent_parameters, None));
         arguments.extend(matches.get_many::<String>("ros").into_iter().flatten().cloned());
         arguments.push("--".to_owned());
-        let parameters = Parameters::of(&self.agent, Some(self.command), &arguments)?;
+        let parameters = Parameters::query(&self.agent, Some(self.command), &arguments)?;
         Ok((arguments, parameters))
     }
 
-    /// The options of the simulator that were given.
+    /// Returns the given options that only the simulator has, as ROS arguments.
     pub fn simulator_options(&self, matches: &ArgMatches) -> Vec<String> {
-        given(matches, &self.simulator_options, Some(&self.agent_options))
+        given_parameters(matches, &self.simulator_parameters, Some(&self.agent_parameters))
     }
 
-    /// The arguments of a simulator in a namespace, which is empty for that of the agent. The error is
-    /// the node's.
+    /// Returns the arguments of a simulator in `namespace`, which has no leading slash and is empty
+    /// for the root namespace.
+    ///
+    /// # Errors
+    ///
+    /// Returns the error message of the simulator if an argument is invalid.
     pub fn simulator_arguments(
         &self,
         namespace: &str,
@@ -85,7 +98,7 @@ impl Nodes {
         }
         arguments.extend_from_slice(options);
         arguments.push("--".to_owned());
-        Parameters::of(&self.simulator, None, &arguments)?;
+        Parameters::query(&self.simulator, None, &arguments)?;
         Ok(arguments)
     }
 }

@@ -1,20 +1,21 @@
-//! `evac train`: a training, and the evaluation of what was learned.
+//! `evac train`: trains a policy, then evaluates it.
 
 use std::{path::PathBuf, process::ExitCode};
 
 use clap::{ArgMatches, Command};
 
-use super::{fewest_steps, nodes::Nodes, supervise};
+use super::{nodes::Nodes, shortest_paths, supervise};
 use crate::supervision::Plan;
 
-/// The file that a training is resumed from.
+/// The file from which a training run resumes, in the directory that the parameter `out` specifies.
 const CHECKPOINT: &str = "checkpoint.safetensors";
 
 pub fn command() -> Command {
     Command::new("train")
-        .about("Train the agent over DDS, then test it: two processes, simulator and agent")
+        .about("Train a policy over DDS (simulator and agent are two processes), then evaluate it")
         .after_help(
-            "Ctrl-C saves the training and ends both nodes; the same command with --resume goes on.",
+            "Ctrl-C saves a checkpoint and stops all nodes. The same command with --resume \
+             continues the training run.",
         )
 }
 
@@ -29,14 +30,14 @@ pub fn run(matches: &ArgMatches, nodes: &Nodes) -> anyhow::Result<ExitCode> {
     let simulators = simulators.collect::<anyhow::Result<Vec<_>>>()?;
     let evaluation = (parameters.count("evaluation_seed"), parameters.count("evaluation_episodes"));
     let scenario = parameters.text("scenario");
-    let fewest = fewest_steps::compute(&nodes.simulator, &simulators[0], scenario, evaluation)?;
+    let shortest = shortest_paths::compute(&nodes.simulator, &simulators[0], scenario, evaluation)?;
     let command = ["train".to_owned()].into_iter();
     supervise(&Plan {
         simulator: nodes.simulator.clone(),
         simulators,
         agent: nodes.agent.clone(),
         agent_arguments: command
-            .chain(fewest_steps::arguments(fewest.as_ref()))
+            .chain(shortest_paths::arguments(shortest.as_ref()))
             .chain(agent_arguments)
             .collect(),
         checkpoint: Some(PathBuf::from(parameters.text("out")).join(CHECKPOINT)),

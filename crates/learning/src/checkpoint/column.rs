@@ -1,4 +1,4 @@
-//! A tensor of a checkpoint, as it is written.
+//! A tensor in a checkpoint that is being written.
 
 use std::{borrow::Cow, ops::Range};
 
@@ -9,22 +9,26 @@ use task::Image;
 
 use crate::{record::EpisodeRecord, replay_memory::ReplayMemory};
 
-/// Images in a tensor of the file.
-pub(super) const PIECE: u64 = 256;
+/// Maximum number of images per tensor in the file.
+pub(super) const CHUNK: u64 = 256;
 
-pub(super) fn images_name(piece: usize) -> String {
-    format!("memory.images.{piece:06}")
+/// Returns the name of an image tensor.
+pub(super) fn images_name(chunk: usize) -> String {
+    format!("memory.images.{chunk:06}")
 }
 
-pub(super) fn records_name(piece: usize) -> String {
-    format!("records.{piece:06}")
+/// Returns the name of a record tensor.
+pub(super) fn records_name(chunk: usize) -> String {
+    format!("records.{chunk:06}")
 }
 
-/// A tensor of the file: as candle has it, or images or records, which are put together when they
-/// are written.
+/// A tensor in the file. Images and records are converted only when their bytes are needed.
 pub(super) enum Column<'a> {
+    /// A candle tensor.
     Tensor(Tensor),
+    /// Images as bytes, `[count, 7, 20, 3]`.
     Images { memory: &'a ReplayMemory, numbers: Range<u64>, shape: [usize; 4] },
+    /// Records as 64-bit floats, `[count, columns]`.
     Records { records: &'a [EpisodeRecord], shape: [usize; 2] },
 }
 
@@ -79,7 +83,7 @@ impl View for Column<'_> {
     }
 }
 
-/// A checksum of a state and of tensors, which come in the order of their names.
+/// Returns the CRC-32C checksum of a state and its tensors. The tensors must be sorted by name.
 pub(super) fn checksum<'a, V: View + 'a>(
     state: &str,
     tensors: impl Iterator<Item = (&'a str, &'a V)>,

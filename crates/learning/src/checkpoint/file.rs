@@ -1,4 +1,4 @@
-//! A file of tensors, as it is read.
+//! A safetensors file that is being read.
 
 use std::{collections::HashMap, path::Path};
 
@@ -12,15 +12,17 @@ use super::{
 };
 use crate::record::{EpisodeRecord, Records};
 
-/// The only one, whose value is a checksum and the state.
+/// The only metadata key of a checkpoint. Its value is the checksum, a space, and the state as
+/// JSON.
 pub(super) const METADATA_KEY: &str = "training";
 
+/// Reads a file.
 pub(super) fn read(path: &Path) -> Result<Vec<u8>, LoadError> {
     std::fs::read(path)
         .map_err(|source| LoadError::Read { path: path.display().to_string(), source })
 }
 
-/// A file of tensors, none of them copied yet.
+/// A parsed safetensors file, whose tensors borrow the bytes of the file.
 pub(super) struct File<'a> {
     path: &'a Path,
     pub(super) tensors: SafeTensors<'a>,
@@ -28,6 +30,7 @@ pub(super) struct File<'a> {
 }
 
 impl<'a> File<'a> {
+    /// Parses the header of the file.
     pub(super) fn parse(path: &'a Path, bytes: &'a [u8]) -> Result<File<'a>, LoadError> {
         let damaged = |error: safetensors::SafeTensorError| damaged(path, error);
         let (_, header) = SafeTensors::read_metadata(bytes).map_err(damaged)?;
@@ -35,35 +38,37 @@ impl<'a> File<'a> {
         Ok(File { path, tensors: SafeTensors::deserialize(bytes).map_err(damaged)?, metadata })
     }
 
+    /// Returns the error for a damaged file.
     pub(super) fn damaged(&self, reason: impl ToString) -> LoadError {
         damaged(self.path, reason)
     }
 
-    /// The state of a training, if the file is as it was written.
+    /// Validates the checksum and returns the state of the training run.
     pub(super) fn state(&self) -> Result<State<'static>, LoadError> {
-        let sealed = self.metadata.get(METADATA_KEY);
-        let sealed = sealed.ok_or_else(|| self.damaged("it is no checkpoint"))?;
-        // Before version 4 there was no checksum before the state.
-        if sealed.starts_with('{') {
-            let reason = format!("it is of a version before {VERSION}");
+        let metadata = self.metadata.get(METADATA_KEY);
+        let metadata = metadata.ok_or_else(|| self.damaged("it is not a checkpoint"))?;
+        // Versions before 4 have no checksum before the state.
+        if metadata.starts_with('{') {
+            let reason = format!("its version is below 4 (expected: {VERSION})");
             return Err(does_not_fit(self.path, reason));
         }
         let (written, state) =
-            sealed.split_once(' ').ok_or_else(|| self.damaged("it has no checksum"))?;
-        let state_is: State<'static> =
+            metadata.split_once(' ').ok_or_else(|| self.damaged("it has no checksum"))?;
+        let parsed: State<'static> =
             serde_json::from_str(state).map_err(|error| self.damaged(error))?;
         let mut views: Vec<_> = self.tensors.iter().collect();
         views.sort_by_key(|(name, _)| *name);
-        let found = checksum(state, views.iter().map(|(name, view)| (*name, view)));
-        // Where random bytes are tried they shall get past it, to what is behind.
-        if u32::from_str_radix(written, 16) != Ok(found) && !cfg!(fuzzing) {
-            let reason = format!("its checksum is {found:08x}, not {written} as it says itself");
+        let computed = checksum(state, views.iter().map(|(name, view)| (*name, view)));
+        // When fuzzing, a wrong checksum is accepted; otherwise, the fuzzer would never reach the
+        // code that reads the contents.
+        if u32::from_str_radix(written, 16) != Ok(computed) && !cfg!(fuzzing) {
+            let reason = format!("its checksum is {computed:08x} (expected: {written})");
             return Err(self.damaged(reason));
         }
-        Ok(state_is)
+        Ok(parsed)
     }
 
-    /// The tensors of floats: everything but the memory.
+    /// Returns the tensors of 32-bit floats: the networks and Adam's moments.
     pub(super) fn tensors(&self) -> candle_core::Result<HashMap<String, Tensor>> {
         let floats = self.tensors.iter().filter(|(_, view)| view.dtype() == Dtype::F32);
         let tensor = |(name, view): (&str, TensorView)| {
@@ -74,40 +79,40 @@ impl<'a> File<'a> {
         floats.map(tensor).collect()
     }
 
-    /// The records of the episodes.
+    /// Returns the episode records.
     pub(super) fn records(&self) -> Result<Records, String> {
         let mut records = Records::default();
-        let pieces = (0..).map(records_name).map_while(|name| self.tensors.tensor(&name).ok());
-        for piece in pieces {
-            let (numbers, []) = piece.data().as_chunks() else {
-                return Err("a piece of the records is damaged".into());
+        let chunks = (0..).map(records_name).map_while(|name| self.tensors.tensor(&name).ok());
+        for chunk in chunks {
+            let (numbers, []) = chunk.data().as_chunks() else {
+                return Err("a record tensor contains an incomplete number".into());
             };
-            if piece.dtype() != Dtype::F64 {
-                return Err("a piece of the records holds something else than 64-bit floats".into());
+            if chunk.dtype() != Dtype::F64 {
+                return Err("a record tensor has the wrong type (expected: F64)".into());
             }
             let numbers: Vec<f64> =
                 numbers.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
             let (rows, []) = numbers.as_chunks() else {
                 let columns = EpisodeRecord::COLUMNS;
-                return Err(format!("a piece of the records is no table of {columns} columns"));
+                return Err(format!("a record tensor does not have {columns} columns"));
             };
             for row in rows {
                 let record = EpisodeRecord::from_row(row);
                 let number = records.len();
-                records.push(record.ok_or_else(|| format!("no episode is as record {number}"))?);
+                records.push(record.ok_or_else(|| format!("record {number} is invalid"))?);
             }
         }
         Ok(records)
     }
 
-    /// A list of whole numbers.
+    /// Returns the values of a one-dimensional tensor of 32-bit integers.
     pub(super) fn column(&self, name: &str) -> Result<Vec<u32>, String> {
-        let view = self.tensors.tensor(name).map_err(|_| format!("{name} is missing"))?;
+        let view = self.tensors.tensor(name).map_err(|_| format!("missing tensor '{name}'"))?;
         match view.data().as_chunks() {
             (numbers, []) if view.dtype() == Dtype::U32 && view.shape().len() == 1 => {
                 Ok(numbers.iter().map(|bytes| u32::from_le_bytes(*bytes)).collect())
             }
-            _ => Err(format!("{name} is no list of 32-bit numbers")),
+            _ => Err(format!("tensor '{name}' is not a list of 32-bit integers")),
         }
     }
 }

@@ -1,34 +1,34 @@
-//! Why a checkpoint or a model cannot be used.
+//! Errors that occur when loading a checkpoint or a model.
 
 use std::path::Path;
 
 use thiserror::Error;
 
-/// Why a file of tensors cannot be used.
+/// The error for a checkpoint or a model that cannot be used.
 #[derive(Debug, Error)]
 pub enum LoadError {
-    /// The file cannot be read.
+    /// The file cannot be read, or a damaged checkpoint cannot be renamed.
     #[error("{path}: {source}")]
     Read {
-        /// The file.
+        /// The path of the file.
         path: String,
-        /// Why not.
+        /// The operating system error.
         source: std::io::Error,
     },
-    /// The file is damaged or something else.
-    #[error("{path} is damaged or no safetensors file: {reason}")]
+    /// The file is damaged, or is not a checkpoint or model.
+    #[error("{path} is damaged or not a safetensors file: {reason}")]
     Damaged {
-        /// The file.
+        /// The path of the file.
         path: String,
-        /// What is wrong with it.
+        /// A description of what is invalid.
         reason: String,
     },
-    /// The file is of a training with other settings.
+    /// The file has a different format version, or does not match the plan or the settings.
     #[error("{path} does not fit: {reason}")]
     DoesNotFit {
-        /// The file.
+        /// The path of the file.
         path: String,
-        /// What does not fit.
+        /// A description of what differs.
         reason: String,
     },
 }

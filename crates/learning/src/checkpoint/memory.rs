@@ -1,4 +1,4 @@
-//! The replay memory, from a checkpoint.
+//! Reads the replay memory from a checkpoint.
 
 use safetensors::Dtype;
 use task::{Action, Image};
@@ -6,10 +6,18 @@ use task::{Action, Image};
 use super::{column::images_name, file::File};
 use crate::{
     greedy::ActionSet,
-    replay_memory::{Experience, Frame, ReplayMemory},
+    replay_memory::{Frame, ReplayMemory, Transition},
 };
 
-/// The memory that the file holds, of the form of an empty one.
+/// Returns the replay memory stored in a file, with the same capacity, number of environments and
+/// number of stacked images as `empty`.
+///
+/// `first_image` is the number of the first image in the file, and `oldest` is the index of the
+/// oldest transition.
+///
+/// # Errors
+///
+/// Returns a description of the first inconsistency.
 pub(super) fn memory(
     file: &File,
     empty: &ReplayMemory,
@@ -19,18 +27,18 @@ pub(super) fn memory(
     let action = |index: u32| u8::try_from(index).ok().and_then(|a| Action::try_from(a).ok());
     let column = |name: &str| file.column(&format!("memory.{name}"));
     let mut images: Vec<&[u8; Image::BYTES]> = Vec::new();
-    for piece in (0..).map(images_name).map_while(|name| file.tensors.tensor(&name).ok()) {
-        let (whole, rest) = piece.data().as_chunks();
-        if piece.dtype() != Dtype::U8 || !rest.is_empty() {
-            return Err("a piece of memory.images holds something else than images".into());
+    for chunk in (0..).map(images_name).map_while(|name| file.tensors.tensor(&name).ok()) {
+        let (complete, rest) = chunk.data().as_chunks();
+        if chunk.dtype() != Dtype::U8 || !rest.is_empty() {
+            return Err("a memory.images tensor does not consist of whole images".into());
         }
-        images.extend(whole);
+        images.extend(complete);
     }
     let count = images.len();
     let [backs, actions, tried] = ["images.back", "images.action", "images.tried"].map(column);
     let (backs, actions, tried) = (backs?, actions?, tried?);
     if [&backs, &actions, &tried].iter().any(|column| column.len() != count) {
-        return Err("columns of images are unequal".into());
+        return Err(format!("the memory.images tensors differ in length (expected: {count})"));
     }
     let mut frames = Vec::with_capacity(count);
     for (index, image) in images.iter().enumerate() {
@@ -39,7 +47,7 @@ pub(super) fn memory(
         let (Some(back), Some(action), Some(tried)) =
             (back, action(actions[index]), bits.and_then(ActionSet::from_bits))
         else {
-            return Err(format!("image {index} has come about in a way that is not possible"));
+            return Err(format!("image {index} has an invalid predecessor, action or action set"));
         };
         let before = (back > 0).then_some((back, action));
         frames.push(Frame { image: **image, before, tried });
@@ -51,21 +59,25 @@ pub(super) fn memory(
     let length = states.len();
     let columns = [&next_states, &actions, &rewards, &terminated];
     if length > empty.capacity() || columns.iter().any(|column| column.len() != length) {
-        return Err(format!("a memory of {length} experiences, or of unequal columns"));
+        let capacity = empty.capacity();
+        return Err(format!(
+            "the replay memory has {length} transitions (expected: at most {capacity}, in tensors \
+             of equal length)"
+        ));
     }
-    let mut experiences = Vec::with_capacity(length);
+    let mut transitions = Vec::with_capacity(length);
     for index in 0..length {
         let reward = f32::from_bits(rewards[index]);
         let (Some(action), true) = (action(actions[index]), reward.is_finite()) else {
-            return Err(format!("experience {index} has a wrong action or reward"));
+            return Err(format!("transition {index} has an invalid action or reward"));
         };
         let (state, next_state) = (states[index], next_states[index]);
         let in_order = index == 0 || next_state > next_states[index - 1];
         let is_near = next_state.saturating_sub(state) <= empty.most_between();
         if next_state as usize >= count || state >= next_state || !in_order || !is_near {
-            return Err(format!("experience {index} points at an image that is not its own"));
+            return Err(format!("transition {index} has an invalid image reference"));
         }
-        experiences.push(Experience {
+        transitions.push(Transition {
             state: first_image + u64::from(states[index]),
             next_state: first_image + u64::from(next_states[index]),
             action,
@@ -73,9 +85,9 @@ pub(super) fn memory(
             terminated: terminated[index] != 0,
         });
     }
-    // Until the memory is full, the oldest experience is the first.
+    // Until the replay memory is full, the oldest transition has index 0.
     if oldest != 0 && (length < empty.capacity() || oldest >= length) {
-        return Err(format!("the oldest of {length} experiences cannot have the index {oldest}"));
+        return Err(format!("invalid oldest transition: {oldest} (with {length} transitions)"));
     }
-    Ok(empty.restore(experiences, oldest, first_image, frames.into_iter()))
+    Ok(empty.restore(transitions, oldest, first_image, frames.into_iter()))
 }

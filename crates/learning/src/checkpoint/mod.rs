@@ -1,8 +1,34 @@
-//! A training laid down in one file, to be taken up again as if nothing had happened.
+//! Checkpoints: a training run is saved to one file and can be resumed with the same result as an
+//! uninterrupted run.
 //!
-//! `checkpoint.safetensors` holds the weights of both networks, Adam's moments in the same shapes, the
-//! replay memory, the records of the episodes and, under its only metadata key, a checksum of the whole
-//! and, as JSON, the rest of the progress and the position in every random sequence.
+//! `checkpoint.safetensors` contains the weights of both networks, Adam's moments in the same
+//! shapes, the replay memory and the episode records. Its only metadata key holds a checksum and,
+//! as JSON, the plan, the settings, the rest of the progress and the positions in the random
+//! sequences. The checksum covers the tensors and the JSON.
+//!
+//! # Examples
+//!
+//! ```
+//! use learning::{
+//!     settings::Preset,
+//!     training::{Plan, Training},
+//! };
+//!
+//! let plan = Plan { scenario: "empty".into(), episodes: 10, seed: 1, rooms: 1 };
+//! let settings = Preset::Paper.settings();
+//! let training = Training::new(plan.clone(), settings.clone())?;
+//! let directory = tempfile::tempdir()?;
+//! let path = directory.path().join("checkpoint.safetensors");
+//! training.write_checkpoint(&path)?;
+//!
+//! let resumed = Training::load(&path, plan.clone(), settings.clone())?;
+//! assert_eq!(resumed.progress, training.progress);
+//!
+//! let other = Plan { seed: 2, ..plan };
+//! let error = Training::load(&path, other, settings).unwrap_err();
+//! assert!(error.to_string().ends_with("does not fit: its seed is 1, not 2"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod column;
 mod file;
@@ -16,11 +42,10 @@ use std::{borrow::Cow, collections::HashMap, fmt::Display, path::Path};
 use candle_core::{Device, Tensor};
 
 use self::{
-    column::{Column, PIECE, checksum, images_name, records_name},
+    column::{CHUNK, Column, checksum, images_name, records_name},
     file::{File, METADATA_KEY, read},
     load_error::does_not_fit,
     memory::memory,
-    model::network,
     state::{State, VERSION, difference, position, set_position},
 };
 pub use self::{
@@ -28,13 +53,18 @@ pub use self::{
     model::{load_model, model_bytes},
 };
 use super::{
-    replay_memory::{Experience, Frame},
+    replay_memory::{Frame, Transition},
     settings::Settings,
     training::{Plan, Progress, Training},
 };
 
 impl Training {
-    /// Writes `checkpoint.safetensors`, image by image, without holding all of it in memory.
+    /// Writes the training run to a checkpoint file. Images and records are converted one chunk at
+    /// a time, so the whole file is never in memory.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if a tensor cannot be converted or the file cannot be written.
     pub fn write_checkpoint(&self, path: &Path) -> Result<(), candle_core::Error> {
         let learner = &self.learner;
         let memory = &learner.memory;
@@ -47,7 +77,7 @@ impl Training {
             rooms: self.plan.rooms,
             settings: Cow::Borrowed(&learner.settings),
             progress: Cow::Borrowed(&self.progress),
-            adam_step: learner.adam.step,
+            adam_step: learner.backend.updates(),
             exploration_position: position(&learner.exploration_random),
             replay_position: position(&learner.replay_random),
             first_image: needed.start,
@@ -55,19 +85,16 @@ impl Training {
         };
         let device = &Device::Cpu;
         let mut tensors: Vec<(String, Column)> = Vec::new();
-        for (prefix, parameters) in learner.parameters() {
-            let network = parameters.network()?;
-            let named = network.tensors();
+        for (prefix, network) in learner.backend.networks() {
+            let named = network.tensors()?.into_iter();
             tensors.extend(
-                named.map(|(name, tensor)| {
-                    (prefix.to_owned() + &name, Column::Tensor(tensor.clone()))
-                }),
+                named.map(|(name, tensor)| (prefix.to_owned() + &name, Column::Tensor(tensor))),
             );
         }
         let frames = || needed.clone().map(|number| memory.frame(number));
-        for (piece, first) in needed.clone().step_by(PIECE as usize).enumerate() {
-            let numbers = first..needed.end.min(first + PIECE);
-            tensors.push((images_name(piece), Column::images(memory, numbers)));
+        for (chunk, first) in needed.clone().step_by(CHUNK as usize).enumerate() {
+            let numbers = first..needed.end.min(first + CHUNK);
+            tensors.push((images_name(chunk), Column::images(memory, numbers)));
         }
         let mut add = |name: &str, values: Vec<u32>| {
             let count = values.len();
@@ -80,36 +107,40 @@ impl Training {
         image_column("images.back", &|f| f.before.map_or(0, |(back, _)| back.into()))?;
         image_column("images.action", &|f| f.before.map_or(0, |(_, a)| a.index().into()))?;
         image_column("images.tried", &|f| f.tried.bits().into())?;
-        let mut column = |name: &str, value: &dyn Fn(Experience) -> u32| {
+        let mut column = |name: &str, value: &dyn Fn(Transition) -> u32| {
             add(name, memory.oldest_first().map(value).collect())
         };
-        // Images are counted from the first one in the file. Rewards go as bits, to stay exact.
-        column("state", &|e| (e.state - needed.start) as u32)?;
-        column("next_state", &|e| (e.next_state - needed.start) as u32)?;
-        column("action", &|e| u32::from(e.action.index()))?;
-        column("reward_bits", &|e| e.reward.to_bits())?;
-        column("terminated", &|e| u32::from(e.terminated))?;
-        for (piece, records) in self.progress.records.pieces().enumerate() {
-            tensors.push((records_name(piece), Column::records(records)));
+        // Image numbers are relative to the first image in the file.
+        column("state", &|t| (t.state - needed.start) as u32)?;
+        column("next_state", &|t| (t.next_state - needed.start) as u32)?;
+        column("action", &|t| u32::from(t.action.index()))?;
+        column("reward_bits", &|t| t.reward.to_bits())?;
+        column("terminated", &|t| u32::from(t.terminated))?;
+        for (chunk, records) in self.progress.records.chunks().enumerate() {
+            tensors.push((records_name(chunk), Column::records(records)));
         }
 
         tensors.sort_by(|(a, _), (b, _)| a.cmp(b));
         let state = serde_json::to_string(&state).map_err(candle_core::Error::wrap)?;
         let views = tensors.iter().map(|(name, column)| (name.as_str(), column));
-        let sealed = format!("{:08x} {state}", checksum(&state, views));
-        let metadata = HashMap::from([(METADATA_KEY.to_owned(), sealed)]);
+        let metadata = format!("{:08x} {state}", checksum(&state, views));
+        let metadata = HashMap::from([(METADATA_KEY.to_owned(), metadata)]);
         Ok(safetensors::serialize_to_file(tensors, Some(metadata), path)?)
     }
 
-    /// Takes a training up again where [`Training::write_checkpoint`] laid it down. The plan and
-    /// the settings must be those of then.
+    /// Loads a training run that [`write_checkpoint`](Training::write_checkpoint) saved.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the file cannot be read, is damaged, has a different format version, or
+    /// was saved with a different plan or different settings.
     pub fn load(path: &Path, plan: Plan, settings: Settings) -> Result<Training, LoadError> {
         let bytes = read(path)?;
         let file = File::parse(path, &bytes)?;
         let damaged = |reason: String| file.damaged(reason);
         let state = file.state()?;
         if state.version != VERSION {
-            let reason = format!("it has version {}, expected {VERSION}", state.version);
+            let reason = format!("its version is {} (expected: {VERSION})", state.version);
             return Err(does_not_fit(path, reason));
         }
         let differs = |name: &str, saved: &dyn Display, given: &dyn Display| {
@@ -119,7 +150,7 @@ impl Training {
         if state.scenario != plan.scenario {
             return differs("scenario", &state.scenario, &plan.scenario);
         } else if state.episodes != plan.episodes {
-            return differs("episodes", &state.episodes, &plan.episodes);
+            return differs("number of episodes", &state.episodes, &plan.episodes);
         } else if state.seed != plan.seed {
             return differs("seed", &state.seed, &plan.seed);
         } else if state.rooms != plan.rooms {
@@ -133,18 +164,16 @@ impl Training {
             Training::new(plan, settings).map_err(|error| does_not_fit(path, error))?;
         let learner = &mut training.learner;
         let tensors = file.tensors().map_err(|error| file.damaged(error))?;
-        for (prefix, parameters) in learner.parameters_mut() {
-            let saved = network(prefix, &state.settings, &tensors);
-            let saved = saved.map_err(|error| does_not_fit(path, error))?;
-            parameters.read(&saved).map_err(|error| does_not_fit(path, error))?;
+        for (prefix, network) in learner.backend.networks_mut() {
+            network.read(prefix, &tensors).map_err(|error| does_not_fit(path, error))?;
         }
-        learner.adam.step = state.adam_step;
+        learner.backend.set_updates(state.adam_step);
         learner.memory =
             memory(&file, &learner.memory, state.first_image, state.oldest).map_err(damaged)?;
         let images = learner.memory.needed_images();
-        let mut seen = state.progress.current.iter().flatten().filter_map(|current| current.image);
-        if !seen.all(|image| images.contains(&image)) {
-            return Err(damaged("what is seen in a room is not in the memory".into()));
+        let current = state.progress.current.iter().flatten();
+        if !current.filter_map(|episode| episode.image).all(|image| images.contains(&image)) {
+            return Err(damaged("an episode's current image is not in the replay memory".into()));
         }
         set_position(&mut learner.exploration_random, &state.exploration_position)
             .map_err(damaged)?;

@@ -1,39 +1,52 @@
-//! The weights of a network in a file of their own.
+//! A file that contains the weights of a network.
 
-use std::{collections::HashMap, path::Path};
-
-use candle_core::Tensor;
+use std::path::Path;
 
 use super::{
     file::{File, read},
     load_error::{LoadError, does_not_fit},
 };
-use crate::{
-    network::{QNetwork, WeightsError},
-    observation::input_size,
-    perceptron::Perceptron,
-    settings::Settings,
-};
+use crate::{architectures::network, backend::Network, settings::Settings};
 
-/// The bytes of `model.safetensors`: the weights of a network, and nothing else.
-pub fn model_bytes(network: &Perceptron) -> Result<Vec<u8>, candle_core::Error> {
-    Ok(safetensors::serialize(network.network()?.tensors(), None)?)
+/// Returns the bytes of `model.safetensors`, which contains only the weights of a network.
+///
+/// # Errors
+///
+/// Returns an error if candle cannot convert a tensor.
+pub fn model_bytes(network: &dyn Network) -> Result<Vec<u8>, candle_core::Error> {
+    Ok(safetensors::serialize(network.tensors()?, None)?)
 }
 
-/// A trained network from `model.safetensors`.
-pub fn load_model(path: &Path, settings: &Settings) -> Result<QNetwork, LoadError> {
+/// Reads a network from `model.safetensors`; the settings describe its shape.
+///
+/// # Errors
+///
+/// Returns an error if the file cannot be read, is damaged, or contains a network with a different
+/// shape or with an infinite or NaN value.
+///
+/// # Examples
+///
+/// ```
+/// use learning::{
+///     architectures::backend,
+///     checkpoint::{load_model, model_bytes},
+///     settings::Preset,
+/// };
+/// use task::Random;
+///
+/// let settings = Preset::Paper.settings();
+/// let backend = backend(&settings, &mut Random::from_key([0; 4]))?;
+/// let directory = tempfile::tempdir()?;
+/// let path = directory.path().join("model.safetensors");
+/// std::fs::write(&path, model_bytes(backend.train())?)?;
+///
+/// let network = load_model(&path, &settings)?;
+/// assert_eq!(model_bytes(&*network)?, std::fs::read(&path)?);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn load_model(path: &Path, settings: &Settings) -> Result<Box<dyn Network>, LoadError> {
     let bytes = read(path)?;
     let file = File::parse(path, &bytes)?;
     let tensors = file.tensors().map_err(|error| file.damaged(error))?;
-    network("", settings, &tensors).map_err(|error| does_not_fit(path, error))
-}
-
-/// The network that a file holds under names with this prefix.
-pub(super) fn network(
-    prefix: &str,
-    settings: &Settings,
-    tensors: &HashMap<String, Tensor>,
-) -> Result<QNetwork, WeightsError> {
-    let inputs = input_size(settings.network.observation_frames);
-    QNetwork::from_tensors(prefix, inputs, &settings.network.hidden_layers, tensors)
+    network(&settings.network, "", &tensors).map_err(|error| does_not_fit(path, error))
 }

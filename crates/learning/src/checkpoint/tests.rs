@@ -20,51 +20,52 @@ fn load(bytes: &[u8], plan: Plan, settings: Settings) -> Result<Training, String
     Training::load(&file, plan, settings).map_err(|error| error.to_string())
 }
 
-/// The file with another text in its state.
+/// Replaces text in the state stored in a file and updates the checksum.
 fn with_state(bytes: &[u8], from: &str, to: &str) -> Vec<u8> {
     let (length, rest) = bytes.split_at(8);
     let length = u64::from_le_bytes(length.try_into().unwrap()) as usize;
     let (header, tensors) = rest.split_at(length);
-    // The state is a JSON text within the header's JSON.
+    // The state is a JSON string inside the JSON header.
     let escaped = |text: &str| text.replace('"', "\\\"");
     let header = std::str::from_utf8(header).unwrap();
     assert!(header.contains(&escaped(from)), "no {from} in the checkpoint");
     let header = header.replace(&escaped(from), &escaped(to));
-    sealed(&[&(header.len() as u64).to_le_bytes(), header.as_bytes(), tensors].concat())
+    let length = (header.len() as u64).to_le_bytes();
+    with_valid_checksum(&[&length, header.as_bytes(), tensors].concat())
 }
 
-/// The file with the checksum that belongs to it now.
-fn sealed(bytes: &[u8]) -> Vec<u8> {
+/// Updates the checksum of a file.
+fn with_valid_checksum(bytes: &[u8]) -> Vec<u8> {
     let file = File::parse(Path::new("test"), bytes).unwrap();
     let (written, state) = file.metadata[METADATA_KEY].split_once(' ').unwrap();
     let mut views: Vec<_> = file.tensors.iter().collect();
     views.sort_by_key(|(name, _)| *name);
-    let right = checksum(state, views.iter().map(|(name, view)| (*name, view)));
-    let right = format!("{right:08x}");
-    let place = bytes.windows(8).position(|eight| eight == written.as_bytes()).unwrap();
+    let valid = checksum(state, views.iter().map(|(name, view)| (*name, view)));
+    let valid = format!("{valid:08x}");
+    let position = bytes.windows(8).position(|window| window == written.as_bytes()).unwrap();
     let mut bytes = bytes.to_vec();
-    bytes[place..place + 8].copy_from_slice(right.as_bytes());
+    bytes[position..position + 8].copy_from_slice(valid.as_bytes());
     bytes
 }
 
-/// A changed byte is detected wherever it is.
+/// Flips one bit at a time, at 300 positions.
 #[test]
-fn no_damage_goes_unnoticed() {
+fn detects_a_flipped_bit_anywhere() {
     let settings = Preset::Paper.settings();
     let bytes = bytes_of(&Training::new(plan(), settings.clone()).unwrap());
     let step = bytes.len() / 300;
-    for place in (0..bytes.len()).step_by(step) {
+    for position in (0..bytes.len()).step_by(step) {
         let mut damaged = bytes.clone();
-        damaged[place] ^= 1 << (place % 8);
+        damaged[position] ^= 1 << (position % 8);
         let Err(message) = load(&damaged, plan(), settings.clone()) else {
-            panic!("a change of byte {place} is accepted");
+            panic!("a flipped bit in byte {position} was accepted");
         };
         assert!(message.contains("checkpoint.safetensors"), "{message}");
     }
 }
 
 #[test]
-fn a_checkpoint_of_another_training_is_refused_by_what_differs() {
+fn rejects_a_checkpoint_of_another_run_and_names_the_difference() {
     let settings = Preset::Paper.settings();
     let bytes = bytes_of(&Training::new(plan(), settings.clone()).unwrap());
     assert!(load(&bytes, plan(), settings.clone()).is_ok());
@@ -84,7 +85,7 @@ fn a_checkpoint_of_another_training_is_refused_by_what_differs() {
 }
 
 #[test]
-fn numbers_that_no_training_has_are_refused() {
+fn rejects_invalid_states_and_truncated_files() {
     let settings = Preset::Paper.settings();
     let bytes = bytes_of(&Training::new(plan(), settings.clone()).unwrap());
     assert!(load(&with_state(&bytes, "empty", "empty"), plan(), settings.clone()).is_ok());
@@ -104,18 +105,18 @@ fn numbers_that_no_training_has_are_refused() {
         (r#""replay_position":"0""#, r#""replay_position":"y""#),
     ] {
         let result = load(&with_state(&bytes, from, to), plan(), settings.clone());
-        assert!(result.is_err(), "{to} is accepted");
+        assert!(result.is_err(), "{to} was accepted");
     }
     for cut in [0, 7, 8, 100, bytes.len() / 2, bytes.len() - 1] {
-        assert!(load(&bytes[..cut], plan(), settings.clone()).is_err(), "{cut} bytes");
+        assert!(load(&bytes[..cut], plan(), settings.clone()).is_err(), "accepted {cut} bytes");
     }
 }
 
 #[test]
-fn the_records_of_a_long_training_come_back_in_their_order() {
+fn restores_the_records_of_a_long_run_in_order() {
     let (plan, settings) = (Plan { episodes: 5000, ..plan() }, Preset::Paper.settings());
     let mut training = Training::new(plan.clone(), settings.clone()).unwrap();
-    let begun = training.progress.next_episode;
+    let started = training.progress.next_episode;
     for episode in 0..2500 {
         training.progress.records.push(EpisodeRecord {
             episode,
@@ -127,12 +128,12 @@ fn the_records_of_a_long_training_come_back_in_their_order() {
             terminated: episode % 2 == 0,
         });
     }
-    training.progress.next_episode = begun + 2500;
+    training.progress.next_episode = started + 2500;
     let bytes = bytes_of(&training);
     let loaded = load(&bytes, plan.clone(), settings.clone()).unwrap();
     assert_eq!(loaded.progress, training.progress);
-    // Not a record more or fewer.
+    // A missing record is rejected.
     training.progress.next_episode += 1;
     let message = load(&bytes_of(&training), plan, settings).unwrap_err();
-    assert!(message.contains("more or fewer episodes"), "{message}");
+    assert!(message.contains("the number of started episodes is inconsistent"), "{message}");
 }

@@ -1,73 +1,50 @@
-//! Adam (Kingma and Ba, 2017, algorithm 1) with decoupled weight decay (Loshchilov and Hutter, 2019),
-//! fused with the gradient that it takes.
+//! Adam (Kingma and Ba, 2017, algorithm 1) with decoupled weight decay (Loshchilov and Hutter,
+//! 2019), fused with the gradient computation.
 
 use pulp::Simd;
 
 use super::{
-    Activations, Perceptron,
-    layer::{Finish, Floats, Layer, Product, zeros},
+    Perceptron,
+    layer::{Finish, Layer, Product},
     tile::{Tiled, add_products, compute, take, vectors, vectors_mut},
 };
-use crate::settings::OptimizerSettings;
+use crate::{
+    activations::{Activations, Floats, zeros},
+    optimizer::Rates,
+    settings::OptimizerSettings,
+};
 
-/// The optimizer of a network: it works out the gradients of the weights, layer by layer from the
-/// last, and moves each weight as soon as its gradient is there.
+/// The optimizer of a perceptron. It computes the gradients of the weights layer by layer, starting
+/// at the output, and updates each weight as soon as its gradient is known.
 #[derive(Clone, Debug)]
 pub struct Adam {
-    /// Alpha.
-    pub(crate) learning_rate: f64,
-    /// How fast weights shrink, in units of alpha.
-    weight_decay: f64,
-    /// Decay of the mean of the gradients.
-    beta1: f64,
-    /// Decay of the mean of the squared gradients.
-    beta2: f64,
-    /// Added to the root of the second moment.
-    epsilon: f64,
-    /// `t`, the number of updates made.
-    pub(crate) step: u64,
-    /// The mean of the gradients, in the shape of the network.
-    pub(crate) first: Perceptron,
-    /// The mean of the squared gradients, in the shape of the network.
-    pub(crate) second: Perceptron,
-    /// One for each sample: the input of the biases.
+    /// The current step size, alpha.
+    pub(super) learning_rate: f64,
+    settings: OptimizerSettings,
+    /// The number of updates so far, `t`.
+    pub(super) step: u64,
+    /// The running mean of the gradients, in the shape of the network.
+    pub(super) first: Perceptron,
+    /// The running mean of the squared gradients, in the shape of the network.
+    pub(super) second: Perceptron,
+    /// The input to the biases: 1 for each sample.
     ones: Vec<f32>,
-    /// Gradients of the loss by the outputs of a layer, and by its inputs. `[batch, width]`
+    /// Gradients of the loss with respect to the outputs and the inputs of a layer,
+    /// `[batch, width]`.
     gradients: [Floats; 2],
-    /// Weights of a layer as the gradient of its inputs takes them.
+    /// The transposed weights of a layer, for the gradient with respect to its inputs.
     transposed: Floats,
 }
 
-/// The numbers of one update. With `m^ = m / (1 - b1^t)` and `v^ = v / (1 - b2^t)`,
-/// `w <- w - alpha m^ / (sqrt(v^) + epsilon)` is `w - rate m / (sqrt(v) + epsilon')`, where
-/// `rate = alpha sqrt(1 - b2^t) / (1 - b1^t)` and `epsilon' = epsilon sqrt(1 - b2^t)`.
-#[derive(Clone, Copy)]
-struct Rates {
-    beta1: f32,
-    beta2: f32,
-    /// `1 - b1`, `1 - b2`
-    rest1: f32,
-    rest2: f32,
-    rate: f32,
-    /// What is left of a weight before it moves: `1 - alpha weight_decay`.
-    keep: f32,
-    epsilon: f32,
-}
-
 impl Adam {
-    /// An optimizer that has made no update yet, for batches of so many samples.
+    /// Creates an optimizer for batches of `batch` samples.
     pub fn new(network: &Perceptron, batch: usize, settings: &OptimizerSettings) -> Adam {
-        let OptimizerSettings { learning_rate, weight_decay, beta1, beta2, epsilon, .. } =
-            *settings;
         let widest = network.layers.iter().map(Layer::width).max().unwrap_or(0);
         let weights = |layer: &Layer| layer.outputs * layer.input_width();
         let most_weights = network.layers.iter().skip(1).map(weights).max().unwrap_or(0);
         Adam {
-            learning_rate,
-            weight_decay,
-            beta1,
-            beta2,
-            epsilon,
+            learning_rate: settings.learning_rate,
+            settings: settings.clone(),
             step: 0,
             first: network.zeros_like(),
             second: network.zeros_like(),
@@ -77,18 +54,19 @@ impl Adam {
         }
     }
 
-    /// Where the gradient of the loss by the network's outputs is written before an update: row by
-    /// row, padded as the activations are.
+    /// Returns the buffer for the gradient of the loss with respect to the outputs of the network,
+    /// `[batch, width]`, padded like the activations. The buffer may be longer than this shape
+    /// requires.
     pub fn output_gradient(&mut self) -> &mut [f32] {
         &mut self.gradients[0]
     }
 
-    /// Moves the weights against the gradient of the loss: backward propagation of the output
-    /// gradient through the forward pass that the activations hold.
+    /// Backpropagates the output gradient through the forward pass in `activations`, and updates
+    /// the weights with one step of Adam.
     pub fn update(&mut self, network: &mut Perceptron, activations: &Activations) {
         self.step += 1;
         let arch = network.arch;
-        let rates = self.rates();
+        let rates = Rates::new(&self.settings, self.learning_rate, self.step);
         let batch = self.ones.len();
         for index in (0..network.layers.len()).rev() {
             let layer = &mut network.layers[index];
@@ -145,22 +123,9 @@ impl Adam {
             self.gradients.swap(0, 1);
         }
     }
-
-    fn rates(&self) -> Rates {
-        let root = (1.0 - power(self.beta2, self.step)).sqrt();
-        Rates {
-            beta1: self.beta1 as f32,
-            beta2: self.beta2 as f32,
-            rest1: (1.0 - self.beta1) as f32,
-            rest2: (1.0 - self.beta2) as f32,
-            keep: (1.0 - self.learning_rate * self.weight_decay) as f32,
-            rate: (self.learning_rate * root / (1.0 - power(self.beta1, self.step))) as f32,
-            epsilon: (self.epsilon * root) as f32,
-        }
-    }
 }
 
-/// The update of a layer's weights by the gradient `input^T gradient`.
+/// The update of a layer's weights or biases, whose gradient is `input^T gradient`.
 struct Descent<'a> {
     /// `[batch, inputs]`
     input: &'a [f32],
@@ -218,9 +183,4 @@ impl Tiled for Descent<'_> {
             }
         }
     }
-}
-
-/// `base` to the power of `exponent`: the same bits on every machine, which `powi` does not promise.
-fn power(base: f64, exponent: u64) -> f64 {
-    libm::pow(base, exponent as f64)
 }

@@ -1,23 +1,16 @@
 //! A fully connected layer.
 
-use aligned_vec::{AVec, ConstAlign};
 use candle_core::{Device, Tensor};
 use pulp::Simd;
 
+use crate::activations::{Floats, zeros};
+
 use super::tile::{Tiled, add_products, padded, take, vectors, vectors_mut};
 
-/// Numbers that begin at a cache line, so that no vector lies across two of them.
-pub(super) type Floats = AVec<f32, ConstAlign<64>>;
-
-/// So many zeros.
-pub(super) fn zeros(count: usize) -> Floats {
-    AVec::from_iter(64, std::iter::repeat_n(0.0, count))
-}
-
-/// The weights and biases of a layer, or something else of their shape, as Adam's moments.
+/// The weights and biases of a layer, or Adam's moments in the same shape.
 ///
-/// Row i holds what input i gives to each output; behind the inputs stands a row of biases.
-/// Rows are padded with zeros, which no gradient ever moves.
+/// Row `i` holds the weights from input `i` to each output; the last row holds the biases. Rows are
+/// padded with zeros, which remain zero because their gradients are always zero.
 #[derive(Clone, Debug)]
 pub(super) struct Layer {
     pub(super) inputs: usize,
@@ -27,22 +20,22 @@ pub(super) struct Layer {
 }
 
 impl Layer {
-    /// A layer of zeros.
+    /// Creates a layer of zeros.
     pub(super) fn zeros(inputs: usize, outputs: usize) -> Layer {
         Layer { inputs, outputs, parameters: zeros((inputs + 1) * padded(outputs)) }
     }
 
-    /// The inputs, padded as the outputs of the layer before.
+    /// Returns the number of inputs, padded like the outputs of the previous layer.
     pub(super) fn input_width(&self) -> usize {
         padded(self.inputs)
     }
 
-    /// The outputs, padded.
+    /// Returns the number of outputs, including padding.
     pub(super) fn width(&self) -> usize {
         padded(self.outputs)
     }
 
-    /// Takes over a weight `[outputs, inputs]` and a bias `[outputs]`.
+    /// Copies the weights, `[outputs, inputs]`, and the biases, `[outputs]`, from tensors.
     pub(super) fn read(&mut self, weight: &Tensor, bias: &Tensor) -> candle_core::Result<()> {
         let width = self.width();
         let columns: Vec<Vec<f32>> = weight.to_vec2()?;
@@ -56,7 +49,7 @@ impl Layer {
         Ok(())
     }
 
-    /// The weight `[outputs, inputs]` and the bias `[outputs]`.
+    /// Returns the weights, `[outputs, inputs]`, and the biases, `[outputs]`.
     pub(super) fn tensors(&self) -> candle_core::Result<[Tensor; 2]> {
         let (width, device) = (self.width(), &Device::Cpu);
         let number = |input: usize, output: usize| self.parameters[input * width + output];
@@ -70,7 +63,7 @@ impl Layer {
         ])
     }
 
-    /// Writes the weights with outputs as rows, `[outputs, inputs padded]`; the padding is left.
+    /// Writes the transposed weights, `[outputs, input_width]`, without changing the padding.
     pub(super) fn transpose(&self, transposed: &mut [f32]) {
         const BLOCK: usize = 4;
         let (width, stride) = (self.width(), self.input_width());
@@ -95,21 +88,23 @@ impl Layer {
     }
 }
 
-/// What becomes of a sum before it is written.
+/// The function applied to each sum before it is written.
 #[derive(Clone, Copy)]
 pub(super) enum Finish<'a> {
-    /// Nothing.
+    /// The identity.
     Linear,
-    /// Nothing below 0.
+    /// `max(0, sum)`.
     Relu,
-    /// The gradient through a ReLU: 0 where its output, of the product's own shape, is not above 0.
+    /// Backpropagation through a ReLU: the sum where the given output of the ReLU is positive, and
+    /// 0 elsewhere. The output has the same shape as the product.
     WherePositive(&'a [f32]),
 }
 
-/// `product = finish(bias + left right)`.
+/// The matrix product `product = finish(bias + left right)`.
 pub(super) struct Product<'a> {
-    /// `[rows, terms]`, each row so many floats behind the one before.
+    /// `[rows, terms]`
     pub(super) left: &'a [f32],
+    /// Number of floats from the start of a row of `left` to the start of the next row.
     pub(super) left_stride: usize,
     pub(super) rows: usize,
     /// `[terms, width]`
@@ -161,7 +156,8 @@ impl Tiled for Product<'_> {
                 Finish::Linear => product.copy_from_slice(sums),
                 Finish::Relu => {
                     for c in 0..C {
-                        // In this order a NaN stays one, and is noticed in the loss.
+                        // With this operand order, a NaN is preserved and then detected in the
+                        // loss.
                         product[c] = simd.max_f32s(zero, sums[c]);
                     }
                 }

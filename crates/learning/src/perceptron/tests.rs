@@ -6,11 +6,13 @@ use super::*;
 use crate::{
     dyna_q::DynaQ,
     network::QNetwork,
-    replay_memory::Experience,
+    observation::{Augmentation, Moment, input_size},
+    replay_memory::Transition,
     settings::{Preset, Settings, TargetUpdate},
 };
 
-/// The networks of the presets, and such as fit no tile: one layer, odd widths, wide ones.
+/// Returns the hidden layers of the presets, and others with sizes that do not divide into whole
+/// tiles.
 fn shapes() -> Vec<Vec<usize>> {
     let presets = Preset::ALL.iter().map(|preset| preset.settings().network.hidden_layers);
     presets.chain([vec![], vec![1], vec![33], vec![7, 100, 18, 48]]).collect()
@@ -37,7 +39,7 @@ fn set_inputs(activations: &mut Activations, inputs: &[f32]) {
 }
 
 #[test]
-fn the_forward_pass_is_candles() {
+fn the_forward_pass_matches_candle() {
     for hidden in shapes() {
         for batch in [1, 4, 50, 53] {
             let network = network(&hidden, 1);
@@ -54,7 +56,7 @@ fn the_forward_pass_is_candles() {
                     let scale = expected.abs().max(1.0);
                     assert!(
                         (value - expected).abs() < 1e-5 * scale,
-                        "{hidden:?} {value} {expected}"
+                        "{hidden:?}: {value}, not {expected}"
                     );
                 }
             }
@@ -63,11 +65,11 @@ fn the_forward_pass_is_candles() {
 }
 
 #[test]
-fn the_weights_pass_through_unchanged() {
+fn weights_survive_the_conversion() {
     for hidden in shapes() {
         let network = network(&hidden, 3);
-        let back = Perceptron::new(&network).unwrap().network().unwrap();
-        for ((name, before), (_, after)) in network.tensors().zip(back.tensors()) {
+        let converted = Perceptron::new(&network).unwrap().network().unwrap();
+        for ((name, before), (_, after)) in network.tensors().zip(converted.tensors()) {
             let numbers = |tensor: &Tensor| tensor.flatten_all().unwrap().to_vec1::<f32>().unwrap();
             assert_eq!(numbers(before), numbers(after), "{name}");
             assert_eq!(before.dims(), after.dims());
@@ -75,19 +77,20 @@ fn the_weights_pass_through_unchanged() {
     }
 }
 
-/// Hundreds of updates beside candle's autograd and candle-nn's Adam. Each begins from the same
-/// weights; Adam's moments are each one's own all the way. Where a sum is so close to 0 that rounding
-/// decides on which side of it a ReLU is, two correct updates part, by a sample's part in the
-/// gradient; then Adam's mean of the gradients forgets it.
+/// Compares hundreds of updates with candle's autograd and candle-nn's Adam. Each update starts
+/// from the same weights; Adam's moments are never synchronized. If the input of a ReLU is so close
+/// to 0 that rounding determines its sign, two correct gradients differ by the contribution of one
+/// sample. The difference then decays with Adam's running mean of the gradients.
 #[test]
-fn the_update_is_candles_autograd_and_adam() {
+fn the_update_matches_candle() {
     let double_q = Preset::Robust.settings().with(|s| s.target.double_q = true);
     let presets = Preset::ALL.map(Preset::settings).into_iter().chain([double_q]);
     let odd = shapes().into_iter().map(|hidden_layers| {
         Preset::Paper.settings().with(|s| s.network.hidden_layers = hidden_layers)
     });
     for settings in presets.chain(odd) {
-        // Eq. 6 is another test's, and would move the target network between the two updates.
+        // Eq. 6 has a separate test; here, it would move the target network between the two
+        // updates.
         let settings = settings.with(|s| {
             s.replay.capacity = 300;
             s.target.update_at = TargetUpdate::Episode;
@@ -96,52 +99,56 @@ fn the_update_is_candles_autograd_and_adam() {
         let mut learner = DynaQ::new(settings.clone(), 4, 1).unwrap();
         let inputs = input_size(settings.network.observation_frames);
         let (train, target) = (network_of(inputs, hidden, 5), network_of(inputs, hidden, 6));
-        learner.train.read(&train).unwrap();
-        learner.target.read(&target).unwrap();
-        remember_anything(&mut learner, 300);
+        set_networks(&mut learner, [&train, &target]);
+        store_random_transitions(&mut learner, 300);
         let mut reference = Reference::new(&train, target, &settings);
-        let (mut tolerance, mut parted) = (0.0, 0);
+        let (mut tolerance, mut differing) = (0.0, 0);
         for update in 0..300 {
-            assert!(learner.draw(0));
+            assert!(learner.sample(0));
             let (expected, relus) = reference.update(&learner);
             let loss = learner.update();
-            let parts = relus != relus_of(&learner);
-            parted += usize::from(parts);
-            tolerance = if parts { 1e-6 } else { tolerance * settings.optimizer.beta1 };
+            let differs = relus != relus_of(&learner, hidden);
+            differing += usize::from(differs);
+            tolerance = if differs { 1e-6 } else { tolerance * settings.optimizer.beta1 };
             let error = (loss / expected - 1.0).abs();
             assert!(error < 1e-5, "{hidden:?}, update {update}: {loss}, candle {expected}");
-            let ours = learner.train.network().unwrap();
-            for ((name, ours), theirs) in ours.tensors().zip(&reference.variables) {
-                let difference = (ours - theirs.as_tensor()).unwrap().abs().unwrap();
+            let weights = learner.network().tensors().unwrap();
+            for ((name, weight), expected) in weights.iter().zip(&reference.variables) {
+                let difference = (weight - expected.as_tensor()).unwrap().abs().unwrap();
                 let mean: f32 = difference.mean_all().unwrap().to_scalar().unwrap();
                 // An update moves a weight by up to 1e-4.
                 let most = 1e-8 + tolerance;
-                assert!(f64::from(mean) < most, "{hidden:?}, update {update}, {name}: {mean} off");
-                theirs.set(ours).unwrap();
+                assert!(
+                    f64::from(mean) < most,
+                    "{hidden:?}, update {update}: {name} is off by {mean}"
+                );
+                expected.set(weight).unwrap();
             }
         }
-        assert!(parted <= 30, "{hidden:?}: {parted} of 300 updates parted");
+        assert!(differing <= 30, "{hidden:?}: the ReLUs differ in {differing} of 300 updates");
     }
 }
 
-/// Vectors of any width, or none, give the same result to the last bit.
 #[test]
-fn the_update_is_the_same_on_every_processor() {
+fn the_update_is_identical_with_all_vector_instructions() {
     let result = |arch: Arch| {
         let settings = Preset::Paper.settings().with(|s| {
             s.network.hidden_layers = vec![30, 65];
             s.replay.capacity = 100;
         });
         let mut learner = DynaQ::new(settings, 4, 1).unwrap();
-        learner.train.read(&network(&[30, 65], 5)).unwrap();
+        let network = network(&[30, 65], 5);
+        set_networks(&mut learner, [&network, &network]);
         learner.set_arch(arch);
-        remember_anything(&mut learner, 100);
+        store_random_transitions(&mut learner, 100);
         let losses: Vec<u32> = (0..20).map(|_| learner.plan().unwrap().to_bits()).collect();
         let weights: Vec<u32> = learner
-            .train
-            .layers
-            .iter()
-            .flat_map(|layer| layer.parameters.iter().map(|weight| weight.to_bits()))
+            .network()
+            .tensors()
+            .unwrap()
+            .into_iter()
+            .flat_map(|(_, tensor)| tensor.flatten_all().unwrap().to_vec1::<f32>().unwrap())
+            .map(f32::to_bits)
             .collect();
         (losses, weights)
     };
@@ -154,7 +161,7 @@ fn the_update_is_the_same_on_every_processor() {
 }
 
 #[test]
-fn a_weight_that_is_no_number_shows_in_the_values() {
+fn a_nan_weight_gives_nan_values() {
     let network = network(&[64, 128, 64], 1);
     for layer in 0..4 {
         let mut perceptron = Perceptron::new(&network).unwrap();
@@ -167,7 +174,7 @@ fn a_weight_that_is_no_number_shows_in_the_values() {
 }
 
 #[test]
-fn the_target_moves_by_tau() {
+fn the_target_network_moves_by_tau() {
     let train = Perceptron::new(&network(&[20], 1)).unwrap();
     let before = Perceptron::new(&network(&[20], 2)).unwrap();
     let mut target = before.clone();
@@ -183,8 +190,8 @@ fn the_target_moves_by_tau() {
     }
 }
 
-/// Random images, actions, rewards and ends.
-fn remember_anything(learner: &mut DynaQ, count: usize) {
+/// Stores `count` random transitions.
+fn store_random_transitions(learner: &mut DynaQ, count: usize) {
     let mut random = Random::from_key([9; 4]);
     let mut image = || {
         let bytes: Vec<u8> = (0..Image::BYTES).map(|_| random.word() as u8).collect();
@@ -196,19 +203,19 @@ fn remember_anything(learner: &mut DynaQ, count: usize) {
         let action = ((number * 5) % 7) as u8;
         let reward = -0.1 * (number % 3) as f32;
         let terminated = number % 11 == 10;
-        // Now and then nothing is to be seen of an action.
+        // Some actions do not change the image.
         let image = if number % 4 == 3 { last.clone() } else { image() };
         last = image.clone();
         let (truncated, blocked) = (false, number % 5 == 0);
         let step = Step { image, reward, terminated, truncated, blocked };
-        state = learner.remember(state, action.try_into().unwrap(), &step);
+        state = learner.store(state, action.try_into().unwrap(), &step);
         if terminated {
             state = learner.begin_episode(&last);
         }
     }
 }
 
-/// The update as candle makes it.
+/// The reference: an update computed by candle.
 struct Reference {
     variables: Vec<Var>,
     train: QNetwork,
@@ -240,107 +247,117 @@ impl Reference {
         }
     }
 
-    /// Returns the loss, and which ReLUs of the training network are open for the states.
+    /// Updates the training network. Returns the loss, and whether each ReLU is active.
     fn update(&mut self, learner: &DynaQ) -> (f32, Vec<bool>) {
-        let (memory, views, device) = (&learner.memory, &learner.views, &Device::Cpu);
-        let experiences: Vec<Experience> =
+        let (memory, augmentations) = (&learner.memory, &learner.augmentations);
+        let device = &Device::Cpu;
+        let transitions: Vec<Transition> =
             learner.batch.iter().map(|index| memory.get(*index)).collect();
-        let rows = experiences.len();
+        let rows = transitions.len();
         let frames = self.settings.network.observation_frames;
-        let observations = |number: fn(&Experience) -> u64| {
-            let numbers = experiences.iter().map(number);
+        let observations = |number: fn(&Transition) -> u64| {
+            let numbers = transitions.iter().map(number);
             let inputs: Vec<f32> = numbers
-                .zip(views)
-                .flat_map(|(number, view)| {
-                    observation(&memory.past(number).collect::<Vec<_>>(), frames, *view)
+                .zip(augmentations)
+                .flat_map(|(number, augmentation)| {
+                    observation(&memory.past(number).collect::<Vec<_>>(), frames, *augmentation)
                 })
                 .collect();
             Tensor::from_vec(inputs, (rows, input_size(frames)), device).unwrap()
         };
-        let column = |value: &dyn Fn(&Experience) -> f32| {
-            Tensor::new(experiences.iter().map(value).collect::<Vec<f32>>(), device).unwrap()
+        let column = |value: &dyn Fn(&Transition) -> f32| {
+            Tensor::new(transitions.iter().map(value).collect::<Vec<f32>>(), device).unwrap()
         };
         let (states, next_states) = (observations(|e| e.state), observations(|e| e.next_state));
-        let rewards = column(&|experience| experience.reward);
+        let rewards = column(&|transition| transition.reward);
         let discount = self.settings.target.discount as f32;
-        let discounts = column(&|experience| if experience.terminated { 0.0 } else { discount });
-        let actions: Vec<u32> = experiences
+        let discounts = column(&|transition| if transition.terminated { 0.0 } else { discount });
+        let actions: Vec<u32> = transitions
             .iter()
-            .zip(views)
-            .map(|(experience, view)| u32::from(view.action(experience.action).index()))
+            .zip(augmentations)
+            .map(|(transition, augmentation)| augmentation.action(transition.action).index().into())
             .collect();
         let actions = Tensor::from_vec(actions, (rows, 1), device).unwrap();
-        // What has been tried is never the best.
-        let tried: Vec<f32> = experiences
+        // Excluded actions are never selected.
+        let exclusions: Vec<f32> = transitions
             .iter()
-            .zip(views)
-            .flat_map(|(experience, view)| {
-                let tried = view.actions(memory.frame(experience.next_state).tried);
+            .zip(augmentations)
+            .flat_map(|(transition, augmentation)| {
+                let tried = augmentation.actions(memory.frame(transition.next_state).tried);
                 let avoids = self.settings.exploration.avoid_repetition;
                 Action::ALL
                     .into_iter()
                     .map(move |a| if avoids && tried.contains(a) { -1e9 } else { 0.0 })
             })
             .collect();
-        let tried = Tensor::from_vec(tried, (rows, Action::COUNT), device).unwrap();
+        let exclusions = Tensor::from_vec(exclusions, (rows, Action::COUNT), device).unwrap();
         let loss = || {
             let next_values = self.target.forward(&next_states)?;
-            let chooser = if self.settings.target.double_q { &self.train } else { &self.target };
-            let best = (chooser.forward(&next_states)? + tried)?.argmax_keepdim(D::Minus1)?;
+            let selector = if self.settings.target.double_q { &self.train } else { &self.target };
+            let best = (selector.forward(&next_states)? + exclusions)?.argmax_keepdim(D::Minus1)?;
             let best_next = next_values.gather(&best, 1)?.squeeze(1)?.detach();
             let targets = (&rewards + (&discounts * best_next)?)?;
             let values = self.train.forward(&states)?.gather(&actions, 1)?.squeeze(1)?;
             (targets - values)?.sqr()?.mean_all()
         };
-        let relus = open_relus(&self.train, &states);
+        let relus = active_relus(&self.train, &states);
         let loss = loss().unwrap();
         self.adam.backward_step(&loss).unwrap();
         (loss.to_scalar().unwrap(), relus)
     }
 }
 
-/// Which hidden outputs are above 0: of each layer, of each sample.
-fn open_relus(network: &QNetwork, inputs: &Tensor) -> Vec<bool> {
-    let mut open = Vec::new();
+/// Returns whether each hidden output is positive, ordered by layer, then by sample.
+fn active_relus(network: &QNetwork, inputs: &Tensor) -> Vec<bool> {
+    let mut active = Vec::new();
     let mut values = inputs.clone();
     let layers: Vec<_> = network.layers().collect();
     for (weight, bias) in &layers[..layers.len() - 1] {
         let products = values.matmul(&weight.t().unwrap()).unwrap();
         values = products.broadcast_add(bias).unwrap().relu().unwrap();
         let numbers: Vec<f32> = values.flatten_all().unwrap().to_vec1().unwrap();
-        open.extend(numbers.into_iter().map(|number| number > 0.0));
+        active.extend(numbers.into_iter().map(|number| number > 0.0));
     }
-    open
+    active
 }
 
-/// The same of the learner's latest update.
-fn relus_of(learner: &DynaQ) -> Vec<bool> {
-    let layers = &learner.train.layers;
-    let hidden = layers[..layers.len() - 1].iter().zip(&learner.batch_activations.outputs);
-    let rows = hidden.flat_map(|(layer, outputs)| {
-        outputs.chunks_exact(layer.width()).flat_map(|row| &row[..layer.outputs])
+/// Returns whether each ReLU was active in the learner's latest update, in the same order as
+/// [`active_relus`].
+fn relus_of(learner: &DynaQ, hidden_layers: &[usize]) -> Vec<bool> {
+    let activations = &learner.batch_activations;
+    let rows = hidden_layers.iter().zip(&activations.outputs).flat_map(|(neurons, outputs)| {
+        let width = outputs.len() / activations.batch();
+        outputs.chunks_exact(width).flat_map(|row| &row[..*neurons])
     });
     rows.map(|output| *output > 0.0).collect()
 }
 
-/// An observation, number by number.
-fn observation(past: &[Moment], frames: usize, view: View) -> Vec<f32> {
-    let seen = past.len().min(frames).min(view.frames);
+/// Sets the weights of the training network and the target network.
+fn set_networks(learner: &mut DynaQ, networks: [&QNetwork; 2]) {
+    for ((_, to), from) in learner.backend.networks_mut().into_iter().zip(networks) {
+        let tensors = from.tensors().map(|(name, tensor)| (name, tensor.clone())).collect();
+        to.read("", &tensors).unwrap();
+    }
+}
+
+/// Computes an observation element by element, as a reference.
+fn observation(past: &[Moment], frames: usize, augmentation: Augmentation) -> Vec<f32> {
+    let count = past.len().min(frames).min(augmentation.frames);
     let mut input = vec![0.0; input_size(frames)];
-    for (frame, moment) in past[..seen].iter().enumerate() {
+    for (frame, moment) in past[..count].iter().enumerate() {
         for row in 0..Image::HEIGHT {
             for column in 0..Image::WIDTH {
-                let from = if view.mirrored { Image::WIDTH - 1 - column } else { column };
+                let from = if augmentation.mirrored { Image::WIDTH - 1 - column } else { column };
                 for channel in 0..3 {
                     let byte = moment.image[(row * Image::WIDTH + from) * 3 + channel];
-                    let place = ((frame * Image::HEIGHT + row) * Image::WIDTH + column) * 3;
-                    input[place + channel] = f32::from(byte) / 255.0;
+                    let index = ((frame * Image::HEIGHT + row) * Image::WIDTH + column) * 3;
+                    input[index + channel] = f32::from(byte) / 255.0;
                 }
             }
         }
-        if frame + 1 < seen {
+        if frame + 1 < count {
             let action = usize::from(moment.action.unwrap().index());
-            let action = if view.mirrored { Action::COUNT - 1 - action } else { action };
+            let action = if augmentation.mirrored { Action::COUNT - 1 - action } else { action };
             input[frames * Image::BYTES + frame * Action::COUNT + action] = 1.0;
         }
     }

@@ -1,37 +1,39 @@
-//! Products of matrices, a tile of registers at a time.
+//! Matrix products, computed in tiles of registers.
 //!
-//! A tile is a few rows of the result by a few vectors of its columns. Its sums stay in registers
-//! while the terms go by, and what is done with them at the end (bias, ReLU, Adam) is done before
-//! they are written: nothing passes through memory twice.
+//! A tile spans a few rows of the result and a few vectors of its columns. The sums of a tile stay
+//! in registers while the terms are added, and are finished (with ReLU or Adam) before they are
+//! written, so each result passes through memory once.
 //!
-//! Every sum is one lane's, added up in one order by fused multiply-adds. So the result does not
-//! depend on how wide the processor's vectors are: it is the same to the last bit with AVX-512,
-//! with AVX2, with NEON and without any.
+//! Each sum is computed in one lane, in a fixed order, with fused multiply-adds. The result is
+//! therefore independent of the vector width: it is identical to the last bit with AVX-512, AVX2,
+//! NEON and no vector instructions.
 
 use pulp::{Arch, NullaryFnOnce, Simd, WithSimd};
 
-/// Floats in the widest vector.
+/// Number of floats in the widest vector.
 const LANES: usize = 16;
 
-/// So many columns with the zeros that pad a row to whole vectors.
+/// Returns the number of columns, padded to a whole number of vectors.
 pub(super) fn padded(columns: usize) -> usize {
     columns.next_multiple_of(LANES)
 }
 
-/// Rows of a tile: with four vectors of columns 20 of the 32 vector registers of AVX-512 and NEON
-/// hold sums, with two vectors 10 of the 16 of AVX2. 5 divides the 420 inputs and a batch of 50.
+/// Maximum number of rows in a tile. With four vectors of columns, the sums take 20 of the 32
+/// vector registers of AVX-512 and NEON; with two vectors, they take 10 of the 16 registers of
+/// AVX2. The 420 inputs and a batch of 50 are both multiples of 5.
 const ROWS: usize = 5;
 
-/// A matrix that is computed by tiles.
+/// A matrix that is computed in tiles.
 pub(super) trait Tiled {
-    /// How many rows and padded columns it has.
+    /// Returns the number of rows and the number of padded columns.
     fn size(&self) -> (usize, usize);
 
-    /// Computes `R` rows from `row` on and `C` vectors of columns from the vector `column` on.
+    /// Computes `R` rows, starting at `row`, and `C` vectors of columns, starting at vector
+    /// `column`.
     fn tile<S: Simd, const R: usize, const C: usize>(&mut self, simd: S, row: usize, column: usize);
 }
 
-/// Computes a matrix by the instructions of a processor.
+/// Computes a matrix with the given vector instructions.
 pub(super) fn compute(arch: Arch, mut matrix: impl Tiled) {
     arch.dispatch(Tiles(&mut matrix));
 }
@@ -61,7 +63,7 @@ fn for_each_tile<S: Simd>(simd: S, rows: usize, columns: usize, matrix: &mut imp
                 ($($r:literal x $c:literal),*) => {
                     match (height, width) {
                         $(($r, $c) => run::<S, _, $r, $c>(simd, matrix, row, column),)*
-                        _ => unreachable!("tiles are at most 5 x 4, and 1, 2 or 4 vectors wide"),
+                        _ => unreachable!("tiles have 1 to 5 rows and 1, 2 or 4 vectors"),
                     }
                 };
             }
@@ -91,8 +93,8 @@ impl<S: Simd, T: Tiled, const R: usize, const C: usize> NullaryFnOnce for Tile<'
     }
 }
 
-/// A function of its own for each size of tile: within a greater one the compiler would not keep
-/// all the sums in registers.
+/// Computes a tile. This function is not inlined, so that each tile size has a separate function:
+/// in one function with several sizes, the compiler would not keep all sums in registers.
 #[inline(never)]
 fn run<S: Simd, T: Tiled, const R: usize, const C: usize>(
     simd: S,
@@ -103,7 +105,7 @@ fn run<S: Simd, T: Tiled, const R: usize, const C: usize>(
     simd.vectorize(Tile::<S, T, R, C> { simd, matrix, row, column });
 }
 
-/// Adds `left[r] * right[c]` to every sum, term after term.
+/// Adds `left[r] * right[c]` to `sums[r][c]`, for one term after another.
 #[inline(always)]
 pub(super) fn add_products<S: Simd, const R: usize, const C: usize>(
     simd: S,
@@ -122,19 +124,19 @@ pub(super) fn add_products<S: Simd, const R: usize, const C: usize>(
     sums
 }
 
-/// A padded slice as vectors.
+/// Returns a padded slice as vectors.
 #[inline(always)]
 pub(super) fn vectors<S: Simd>(floats: &[f32]) -> &[S::f32s] {
     S::as_simd_f32s(floats).0
 }
 
-/// A padded slice as vectors.
+/// Returns a padded slice as mutable vectors.
 #[inline(always)]
 pub(super) fn vectors_mut<S: Simd>(floats: &mut [f32]) -> &mut [S::f32s] {
     S::as_mut_simd_f32s(floats).0
 }
 
-/// `N` elements of a slice.
+/// Returns `N` elements of a slice, starting at `start`.
 #[inline(always)]
 pub(super) fn take<T: Copy, const N: usize>(slice: &[T], start: usize) -> [T; N] {
     let mut elements = [slice[start]; N];

@@ -6,25 +6,28 @@ use super::*;
 use crate::{
     checkpoint::model_bytes,
     exploration::EpsilonDecay,
-    settings::{Preset, TargetUpdate},
+    settings::{Architecture, Preset, TargetUpdate},
 };
 
-/// A room that is a function of its seed and the actions: a number that actions push about.
-struct Toy {
+/// A deterministic environment whose state is a number that depends on the seed and the actions.
+struct NumberWorld {
     seed: u64,
     position: u64,
     steps: u32,
-    /// Where it fails, if it does: the chance in each call.
+    /// The random numbers and the probability that determine which calls fail, if any.
     faults: Option<(Random, f64)>,
 }
 
-impl Toy {
-    fn new() -> Toy {
-        Toy { seed: 0, position: 0, steps: 0, faults: None }
+impl NumberWorld {
+    fn new() -> NumberWorld {
+        NumberWorld { seed: 0, position: 0, steps: 0, faults: None }
     }
 
-    fn failing(seed: u8, chance: f64) -> Toy {
-        Toy { faults: Some((Random::from_key([seed.into(); 4]), chance)), ..Toy::new() }
+    fn failing(seed: u8, chance: f64) -> NumberWorld {
+        NumberWorld {
+            faults: Some((Random::from_key([seed.into(); 4]), chance)),
+            ..NumberWorld::new()
+        }
     }
 
     fn maybe_fail(&mut self) -> Result<(), Fault> {
@@ -39,12 +42,12 @@ impl Toy {
     }
 }
 
-/// Why a room fails.
+/// An injected fault.
 #[derive(Debug, Error, PartialEq)]
-#[error("a fault")]
+#[error("injected fault")]
 struct Fault;
 
-impl Environment for Toy {
+impl Environment for NumberWorld {
     type Error = Fault;
     type PendingReset = Image;
     type PendingStep = Action;
@@ -77,6 +80,7 @@ impl Environment for Toy {
     }
 }
 
+/// A listener that does nothing.
 struct Silent;
 
 impl Listener for Silent {
@@ -85,15 +89,16 @@ impl Listener for Silent {
     }
 }
 
-fn plan(rooms: usize) -> Plan {
-    Plan { scenario: "toy".into(), episodes: 25, seed: 11, rooms }
+fn plan(environments: usize) -> Plan {
+    Plan { scenario: "numbers".into(), episodes: 25, seed: 11, rooms: environments }
 }
 
-fn toys(rooms: usize) -> Vec<Toy> {
-    (0..rooms).map(|_| Toy::new()).collect()
+fn number_worlds(count: usize) -> Vec<NumberWorld> {
+    (0..count).map(|_| NumberWorld::new()).collect()
 }
 
-/// Settings in which the newest memory is drawn rarely, often and always, and several updates a step.
+/// Returns settings that sample the newest transition rarely, often or always, perform zero, one or
+/// several updates per step, and cover every architecture.
 fn all_settings() -> Vec<Settings> {
     let paper = Preset::Paper.settings().with(|s| {
         s.network.hidden_layers = vec![16, 8];
@@ -102,6 +107,13 @@ fn all_settings() -> Vec<Settings> {
         s.replay.batch_size = 20;
         s.optimizer.learning_rate = 1e-2;
     });
+    let with = |architecture: Architecture| {
+        paper.clone().with(|s| {
+            s.network.architecture = architecture;
+            s.network.observation_frames = 2;
+            s.replay.batch_size = 4;
+        })
+    };
     vec![
         paper.clone().with(|s| s.replay.capacity = 20),
         paper.clone().with(|s| {
@@ -115,108 +127,114 @@ fn all_settings() -> Vec<Settings> {
             s.replay.batch_size = 20;
             s.replay.capacity = 40;
         }),
+        with(Architecture::Dueling),
+        with(Architecture::Convolutional),
+        with(Architecture::Recurrent),
         paper,
     ]
 }
 
-/// The loop as the paper writes it: act, step, remember, update, one after the other; with several
-/// rooms each of these in every room before the next.
+/// The training loop of the paper, without overlap: act and step, store, update. With several
+/// environments, each of these stages is completed in all environments before the next one begins.
+/// Returns the number of steps and the model.
 fn sequential(plan: &Plan, settings: &Settings) -> (u64, Vec<u8>) {
     let mut learner = DynaQ::new(settings.clone(), plan.seed, plan.rooms).unwrap();
-    let mut rooms = toys(plan.rooms);
+    let mut environments = number_worlds(plan.rooms);
     let mut episodes = 0..plan.episodes;
-    // The episode, and the number in the memory of what is seen.
-    let mut present: Vec<Option<(u32, u64)>> = vec![None; plan.rooms];
+    // The episode of each environment, and the number of its current image in the replay memory.
+    let mut current: Vec<Option<(u32, u64)>> = vec![None; plan.rooms];
     let (mut steps, mut ended) = (0, 0);
     loop {
-        for (room, present) in rooms.iter_mut().zip(&mut present) {
-            if present.is_none()
+        for (environment, current) in environments.iter_mut().zip(&mut current) {
+            if current.is_none()
                 && let Some(episode) = episodes.next()
             {
                 let seed = episode_seed(Purpose::Training, plan.seed, episode);
-                let image = room.reset(seed, &plan.scenario).unwrap();
+                let image = environment.reset(seed, &plan.scenario).unwrap();
                 let number = learner.begin_episode(&image);
-                *present = Some((episode, number));
+                *current = Some((episode, number));
             }
         }
-        if present.iter().all(Option::is_none) {
+        if current.iter().all(Option::is_none) {
             return (steps, model_bytes(learner.network()).unwrap());
         }
         let mut results = Vec::new();
-        for (room, present) in rooms.iter_mut().zip(&present) {
-            results.push(present.as_ref().map(|(episode, number)| {
+        for (environment, current) in environments.iter_mut().zip(&current) {
+            results.push(current.as_ref().map(|(episode, number)| {
                 let epsilon = settings.exploration.epsilon.epsilon(*episode, plan.episodes);
                 let decision = learner.act(&[(*number, epsilon)]).remove(0);
-                (decision.action, room.step(decision.action).unwrap())
+                (decision.action, environment.step(decision.action).unwrap())
             }));
         }
         let mut updates = 0;
-        for (present, result) in present.iter_mut().zip(&results) {
-            if let (Some((_, number)), Some((action, step))) = (present, result) {
+        for (current, result) in current.iter_mut().zip(&results) {
+            if let (Some((_, number)), Some((action, step))) = (current, result) {
                 steps += 1;
                 updates += settings.replay.planning_steps;
-                *number = learner.remember(*number, *action, step);
+                *number = learner.store(*number, *action, step);
             }
         }
         learner.set_progress(f64::from(ended) / f64::from(plan.episodes));
         for _ in 0..updates {
             learner.plan();
         }
-        for (present, result) in present.iter_mut().zip(results) {
+        for (current, result) in current.iter_mut().zip(results) {
             if result.is_some_and(|(_, step)| step.terminated || step.truncated) {
                 learner.end_episode();
                 ended += 1;
-                *present = None;
+                *current = None;
             }
         }
     }
 }
 
 #[test]
-fn updating_while_the_room_works_gives_the_result_of_the_sequential_loop() {
-    for rooms in [1, 3] {
+fn overlapping_updates_and_steps_give_the_same_result_as_the_sequential_loop() {
+    for count in [1, 3] {
         for settings in all_settings() {
-            let mut training = Training::new(plan(rooms), settings.clone()).unwrap();
-            training.run(&mut toys(rooms), &mut Silent).unwrap();
-            let (steps, model) = sequential(&plan(rooms), &settings);
+            let mut training = Training::new(plan(count), settings.clone()).unwrap();
+            training.run(&mut number_worlds(count), &mut Silent).unwrap();
+            let (steps, model) = sequential(&plan(count), &settings);
             assert_eq!(training.progress.total_steps, steps);
             assert!(model_bytes(training.learner.network()).unwrap() == model, "{settings:?}");
             let mut episodes: Vec<u32> =
                 training.progress.records.iter().map(|record| record.episode).collect();
             episodes.sort_unstable();
-            assert!(episodes.into_iter().eq(0..25), "every episode once");
+            assert!(episodes.into_iter().eq(0..25), "an episode did not run exactly once");
         }
     }
 }
 
-/// What must not depend on interruptions: everything but times.
+/// Returns the part of the result that must not depend on interruptions: everything except the
+/// times.
 fn result(training: &Training) -> (Records, u64, u64, Vec<u8>) {
     let Progress { records, total_steps, updates, .. } = training.progress.clone();
     (records, total_steps, updates, model_bytes(training.learner.network()).unwrap())
 }
 
 #[test]
-fn a_training_interrupted_anywhere_ends_as_one_that_was_not() {
+fn an_interrupted_run_gives_the_same_result_as_an_uninterrupted_one() {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("checkpoint.safetensors");
-    for (rooms, chance) in [(1, 0.01), (3, 0.005)] {
+    for (count, chance) in [(1, 0.01), (3, 0.005)] {
         for settings in all_settings() {
-            let mut undisturbed = Training::new(plan(rooms), settings.clone()).unwrap();
-            undisturbed.run(&mut toys(rooms), &mut Silent).unwrap();
+            let mut uninterrupted = Training::new(plan(count), settings.clone()).unwrap();
+            uninterrupted.run(&mut number_worlds(count), &mut Silent).unwrap();
 
-            let mut training = Training::new(plan(rooms), settings.clone()).unwrap();
+            let mut training = Training::new(plan(count), settings.clone()).unwrap();
             let mut interruptions = 0u8;
-            let failing = |interruptions: u8| -> Vec<Toy> {
-                let room = |room: usize| Toy::failing(interruptions ^ (room as u8) << 6, chance);
-                (0..rooms).map(room).collect()
+            let failing = |interruptions: u8| -> Vec<NumberWorld> {
+                let seed = |index: usize| interruptions ^ (index as u8) << 6;
+                (0..count).map(|index| NumberWorld::failing(seed(index), chance)).collect()
             };
             while training.run(&mut failing(interruptions), &mut Silent).is_err() {
-                interruptions = interruptions.checked_add(1).expect("it gets ahead between faults");
+                interruptions = interruptions.checked_add(1).expect("at most 255 interruptions");
                 training.write_checkpoint(&file).unwrap();
-                training = Training::load(&file, plan(rooms), settings.clone()).unwrap();
+                training = Training::load(&file, plan(count), settings.clone()).unwrap();
             }
             assert!(interruptions > 3, "only {interruptions} interruptions");
-            assert!(result(&training) == result(&undisturbed), "{rooms} rooms, {settings:?}");
+            let is_identical = result(&training) == result(&uninterrupted);
+            assert!(is_identical, "{count} environments, {settings:?}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! An escape as a short film.
+//! The animation of an escape.
 
 use std::borrow::Cow;
 
@@ -12,29 +12,38 @@ use super::colour_scale::ColourScale;
 use super::colours::{EXIT, GRID, INK, MUTED, PAGE};
 use super::drawing::Drawing;
 use super::palette::{self, Palette};
-use super::preference::{Compass, full_ring};
+use super::preference::{PolarPlot, full_ring};
 use super::{Escape, plan, steps};
 
-/// The size of the film, in pixels.
+/// Size of the animation in pixels.
 const WIDTH: u16 = 760;
 const HEIGHT: u16 = 400;
 
-/// The upper left corner of the camera's image, and one of its pixels, in pixels.
+/// Upper left corner of the camera image in pixels.
 const CAMERA: (f64, f64) = (402.0, 18.0);
+/// Size of a pixel of the camera image in pixels of the animation.
 const PIXEL: f64 = 17.0;
 
-/// How long a frame stays, in hundredths of a second; the last stays longer.
+/// Duration of a step's frame, in hundredths of a second.
 const STEP_TIME: u16 = 33;
+/// Duration of the last frame, in hundredths of a second.
 const LAST_TIME: u16 = 250;
 
-/// An escape as a GIF of about three steps a second, without end: the room from above on the left;
-/// on the right what the camera sees, and beneath it the preference for each action, as [`states`]
-/// shows it. There is a frame for each step and one for the end.
+/// Maximum number of steps shown. A frame takes a sixth of a second to draw, and a failed episode
+/// can have hundreds of steps.
+const MAX_STEPS: usize = 60;
+
+/// Returns an escape as a GIF that shows three steps per second and loops forever.
+///
+/// The left half shows the room from above, the right half the camera image and, below it, the
+/// preference for each action as in [`states`]. The GIF has one frame for each of the
+/// first 60 steps and a final frame.
 ///
 /// [`states`]: super::states()
 pub fn animation(escape: &Escape) -> Vec<u8> {
     let mut file = Vec::new();
-    write(escape, &mut file).expect("frames of the announced size are written to memory");
+    write(escape, &mut file)
+        .expect("frames have the declared size, and writing to memory cannot fail");
     file
 }
 
@@ -42,12 +51,12 @@ fn write(escape: &Escape, file: &mut Vec<u8>) -> Result<(), gif::EncodingError> 
     let mut encoder = Encoder::new(file, WIDTH, HEIGHT, &[])?;
     encoder.set_repeat(Repeat::Infinite)?;
     let last = escape.moments.len();
-    let mut before = Vec::new();
-    for index in 0..=last {
-        let pixels = raster(&picture(escape, index));
+    let mut previous = Vec::new();
+    for index in (0..last.min(MAX_STEPS)).chain([last]) {
+        let pixels = rasterize(&frame(escape, index));
         let palette = Palette::of(&pixels);
-        let buffer = palette.indices(&pixels, &before);
-        before = pixels;
+        let buffer = palette.indices(&pixels, &previous);
+        previous = pixels;
         encoder.write_frame(&Frame {
             width: WIDTH,
             height: HEIGHT,
@@ -61,9 +70,9 @@ fn write(escape: &Escape, file: &mut Vec<u8>) -> Result<(), gif::EncodingError> 
     Ok(())
 }
 
-/// The frame before the step `index`, or the last, as an SVG file without words: these would take
-/// their shape from the fonts of the machine.
-fn picture(escape: &Escape, index: usize) -> String {
+/// Returns the frame of step `index`, or the final frame, as an SVG file. The frame shows no
+/// text, because its appearance would depend on the fonts installed on the machine.
+fn frame(escape: &Escape, index: usize) -> String {
     let moment = escape.moments.get(index);
     let (pose, scene) =
         moment.map_or((escape.last.0, &escape.last.1), |moment| (moment.pose, &moment.scene));
@@ -80,17 +89,17 @@ fn picture(escape: &Escape, index: usize) -> String {
     match moment {
         Some(moment) => {
             camera(&mut drawing, &moment.image, CAMERA, PIXEL);
-            let compass = Compass { centre, radius, full, scale };
-            compass.draw(&mut drawing, &moment.values, moment.action);
+            let plot = PolarPlot { centre, radius, full, scale };
+            plot.draw(&mut drawing, &moment.values, moment.action);
         }
-        None => end(&mut drawing, escape.escaped),
+        None => result(&mut drawing, escape.escaped),
     }
     drawing.finish("Escape", "")
 }
 
-/// Draws what stands in the place of camera and compass after the last step, when nothing is seen
-/// any more: a tick where the robot is out.
-fn end(drawing: &mut Drawing, escaped: bool) {
+/// Draws the result of the episode in place of the camera image and the preferences: a check mark
+/// if the robot reached the exit, otherwise an empty grey area.
+fn result(drawing: &mut Drawing, escaped: bool) {
     let ((x, y), (width, height)) = (CAMERA, (PIXEL * Image::WIDTH as f64, 364.0));
     let colour = if escaped { EXIT } else { GRID };
     drawing.add(format_args!(
@@ -104,12 +113,13 @@ fn end(drawing: &mut Drawing, escaped: bool) {
     }
 }
 
-/// The pixels of a picture of the film's size, row by row.
-fn raster(svg: &str) -> Vec<[u8; 3]> {
+/// Rasterizes an SVG file that has the size of the animation. Returns its pixels row by row, each
+/// as red, green and blue.
+fn rasterize(svg: &str) -> Vec<[u8; 3]> {
     let tree = usvg::Tree::from_str(svg, &usvg::Options::default())
-        .expect("the pictures of this module are SVG");
-    let mut canvas = Pixmap::new(WIDTH.into(), HEIGHT.into()).expect("the film has an area");
+        .expect("the frames of this module are valid SVG");
+    let mut canvas = Pixmap::new(WIDTH.into(), HEIGHT.into()).expect("the size is not zero");
     resvg::render(&tree, Transform::identity(), &mut canvas.as_mut());
-    // The ground of a picture is opaque, so nothing is left of alpha.
+    // The background is opaque, so alpha can be dropped.
     canvas.pixels().iter().map(|pixel| [pixel.red(), pixel.green(), pixel.blue()]).collect()
 }

@@ -1,12 +1,12 @@
-//! Numbers as colours.
+//! The colour scale of the Q-values.
 
 use super::camera::hexadecimal;
 use super::colours;
 use super::drawing::Drawing;
 use crate::numbers::decimal;
 
-/// Colours of matplotlib's "viridis", evenly spaced, from the least value to the greatest: they
-/// grow steadily lighter, to colour-blind eyes and in grey as well.
+/// Evenly spaced colours from matplotlib's colour map "viridis". Their lightness increases
+/// steadily, even in greyscale and for readers with colour blindness.
 const VIRIDIS: [[u8; 3]; 9] = [
     [68, 1, 84],
     [71, 45, 123],
@@ -19,7 +19,7 @@ const VIRIDIS: [[u8; 3]; 9] = [
     [253, 231, 37],
 ];
 
-/// Which value has which colour.
+/// A mapping from values to colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ColourScale {
     low: f64,
@@ -27,8 +27,8 @@ pub(super) struct ColourScale {
 }
 
 impl ColourScale {
-    /// From the least to the greatest of the values that are numbers, with some room around them
-    /// where all are equal.
+    /// Returns the scale from the smallest to the largest finite value, with a margin of 0.1 if
+    /// they are equal, or from -1 to 0 if no value is finite.
     pub fn of<'a>(values: impl IntoIterator<Item = &'a f32>) -> Self {
         let finite = values.into_iter().map(|value| f64::from(*value)).filter(|v| v.is_finite());
         let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
@@ -41,19 +41,19 @@ impl ColourScale {
         }
     }
 
-    /// The colour of a value as "#rrggbb"; a grey for what is not a number.
+    /// Returns the colour of a value as "#rrggbb"; grey if the value is not finite.
     pub fn colour(&self, value: f32) -> String {
         let share = (f64::from(value) - self.low) / (self.high - self.low);
         if share.is_finite() { viridis(share) } else { colours::GRID.to_owned() }
     }
 
-    /// Draws the scale as a bar with three numbers beneath it.
+    /// Draws the scale as a horizontal bar with three values below it.
     pub fn bar(&self, drawing: &mut Drawing, (x, y): (f64, f64), width: f64) {
         const PIECES: u32 = 64;
         for piece in 0..PIECES {
             let share = f64::from(piece) / f64::from(PIECES);
             let colour = viridis(share + 0.5 / f64::from(PIECES));
-            // Each piece reaches to the end, beneath those after it: there are no seams.
+            // To avoid seams, each piece extends to the end of the bar; the next is drawn over it.
             drawing.add(format_args!(
                 "<rect x='{:.2}' y='{y:.1}' width='{:.2}' height='12' fill='{colour}'/>",
                 x + share * width,
@@ -61,20 +61,20 @@ impl ColourScale {
             ));
         }
         for (share, anchor) in [(0.0, "start"), (0.5, "middle"), (1.0, "end")] {
-            let words = decimal(self.low + share * (self.high - self.low), 2);
+            let label = decimal(self.low + share * (self.high - self.low), 2);
             let attributes =
                 format!("font-size='13' fill='{}' text-anchor='{anchor}'", colours::MUTED);
-            drawing.text((x + share * width, y + 28.0), &attributes, words);
+            drawing.text((x + share * width, y + 28.0), &attributes, label);
         }
     }
 }
 
-/// The colour of a share, 0 to 1.
+/// Returns the colour at the position `share` of the scale, 0 to 1.
 fn viridis(share: f64) -> String {
-    let place = share.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f64;
-    let below = (place as usize).min(VIRIDIS.len() - 2);
+    let position = share.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f64;
+    let below = (position as usize).min(VIRIDIS.len() - 2);
     let [low, high] = [VIRIDIS[below], VIRIDIS[below + 1]];
-    let part = place - below as f64;
+    let part = position - below as f64;
     let mixed = [0, 1, 2].map(|channel| {
         let [low, high] = [low, high].map(|colour| f64::from(colour[channel]));
         (low + part * (high - low)).round() as u8
@@ -87,7 +87,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_least_is_darkest_and_the_greatest_is_lightest() {
+    fn the_smallest_value_is_darkest_and_the_largest_lightest() {
         let scale = ColourScale::of(&[-0.5, -2.0, f32::NAN, -1.0]);
         assert_eq!(scale.colour(-2.0), "#440154");
         assert_eq!(scale.colour(-1.25), "#21918c");
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_values_and_none_have_a_scale() {
+    fn equal_or_missing_values_have_a_scale() {
         assert_eq!(ColourScale::of(&[-1.0; 7]).colour(-1.0), "#21918c");
         assert_eq!(ColourScale::of(&[f32::NAN]), ColourScale::of(&[]));
         assert_eq!(ColourScale::of(&[f32::INFINITY]).colour(-2.0), "#440154");

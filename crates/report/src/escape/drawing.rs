@@ -1,10 +1,10 @@
-//! An SVG picture, written element by element.
+//! An SVG file, written element by element.
 
 use std::fmt::{Arguments, Write};
 
 use super::colours;
 
-/// A picture in the making. Its unit is the pixel of a page; y points down.
+/// An SVG file under construction. Coordinates are in pixels; y points down.
 pub(super) struct Drawing {
     width: u32,
     height: u32,
@@ -12,32 +12,32 @@ pub(super) struct Drawing {
 }
 
 impl Drawing {
-    /// An empty page of so many pixels.
+    /// Returns an empty drawing of `width` x `height` pixels.
     pub fn new(width: u32, height: u32) -> Self {
         Self { width, height, body: String::new() }
     }
 
-    /// Adds an element, or several, above everything so far.
+    /// Adds one or more elements on top of the existing ones.
     pub fn add(&mut self, element: Arguments) {
-        self.body.write_fmt(element).expect("a string takes what is written");
+        self.body.write_fmt(element).expect("writing to a string cannot fail");
         self.body.push('\n');
     }
 
-    /// Adds what `draw` draws as a group with these attributes.
+    /// Adds the elements that `draw` adds, as a group with the given attributes.
     pub fn group(&mut self, attributes: Arguments, draw: impl FnOnce(&mut Self)) {
         self.add(format_args!("<g {attributes}>"));
         draw(self);
         self.add(format_args!("</g>"));
     }
 
-    /// Adds words that begin at a point, on its line, unless the attributes say otherwise. They are
-    /// words of this module, which need no escapes.
-    pub fn text(&mut self, (x, y): (f64, f64), attributes: &str, words: impl AsRef<str>) {
-        let words = words.as_ref();
-        self.add(format_args!("<text x='{x:.1}' y='{y:.1}' {attributes}>{words}</text>"));
+    /// Adds text that starts at (x, y), a point on its baseline, unless `attributes` sets another
+    /// anchor. The text is not escaped: it must not contain markup characters.
+    pub fn text(&mut self, (x, y): (f64, f64), attributes: &str, text: impl AsRef<str>) {
+        let text = text.as_ref();
+        self.add(format_args!("<text x='{x:.1}' y='{y:.1}' {attributes}>{text}</text>"));
     }
 
-    /// The picture as a file, with what it is called and what it shows for those who cannot see it.
+    /// Returns the SVG file, with a title and a description for screen readers.
     pub fn finish(self, title: &str, description: &str) -> String {
         let Self { width, height, body } = self;
         format!(

@@ -1,8 +1,27 @@
-//! Pictures of the robot on its way out: Figures 4 to 7 of the paper, the moving obstacles that it
-//! shows only in its videos, and a short animation.
+//! Figures of escapes: versions of Figures 4 to 7 of the paper, a figure of an escape among moving
+//! obstacles (shown only in the videos of the paper), and an animation.
 //!
-//! Every picture is a function from what was seen and done to an SVG file that needs nothing else,
-//! on a light ground; the animation is a GIF.
+//! Each figure is a self-contained SVG file on a light background; the animation is a GIF.
+//!
+//! # Examples
+//!
+//! ```
+//! use report::escape::{Escape, Moment, Pose, Scene, paths};
+//! use task::{Action, Image};
+//!
+//! let moment = Moment {
+//!     pose: Pose { x: 0.0, y: 1.0, yaw: 0.0 },
+//!     scene: Scene::default(),
+//!     image: Image::try_from(vec![128u8; Image::BYTES])?,
+//!     values: [-1.0; Action::COUNT],
+//!     action: Action::try_from(5)?,
+//!     blocked: false,
+//! };
+//! let end = Pose { x: 0.0, y: 1.1524, yaw: 1.5708 };
+//! let escape = Escape { moments: vec![moment], last: (end, Scene::default()), escaped: true };
+//! assert!(paths(&[escape]).contains("1 step"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use task::{Action, Image};
 
@@ -31,46 +50,46 @@ pub use self::scene::{Pose, ROBOT, ROOM, Scene, Shape};
 pub use self::states::states;
 pub use self::trails::trails;
 
-/// What was seen before a step, and what was done.
+/// A step of an episode, with the state before it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Moment {
-    /// Where the robot was.
+    /// Pose of the robot before the step.
     pub pose: Pose,
-    /// What stood around it.
+    /// Exit and obstacles before the step.
     pub scene: Scene,
-    /// What its camera saw.
+    /// Camera image before the step.
     pub image: Image,
-    /// The Q-values of the actions, from -135 to 135 degrees.
+    /// Q-values in the order of the action indices, from -135 to 135 degrees.
     pub values: [f32; Action::COUNT],
-    /// The action taken.
+    /// The selected action.
     pub action: Action,
-    /// Whether something stood in the way, and the robot stayed where it was.
+    /// Whether the move was blocked, so that the robot kept its pose.
     pub blocked: bool,
 }
 
-/// An episode: its steps, and where they led.
+/// An episode, successful or not.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Escape {
-    /// One for each step, in their order.
+    /// The steps, in order.
     pub moments: Vec<Moment>,
-    /// Where the robot was after the last step, and what stood around it then.
+    /// The pose of the robot and the scene after the last step.
     pub last: (Pose, Scene),
-    /// Whether it left the room.
+    /// Whether the robot reached the exit.
     pub escaped: bool,
 }
 
-/// A step as a picture shows it.
+/// A step as it is drawn.
 #[derive(Clone, Copy, Debug)]
 struct Step {
     from: Pose,
     to: Pose,
-    /// The turn of the action, in radians counter-clockwise.
+    /// Turn of the action in radians, counter-clockwise.
     turn: f64,
     blocked: bool,
 }
 
 impl Escape {
-    /// The steps, in their order.
+    /// Returns the steps, in order.
     fn steps(&self) -> impl ExactSizeIterator<Item = Step> {
         let next = |index: usize| self.moments.get(index + 1).map_or(self.last.0, |next| next.pose);
         self.moments.iter().enumerate().map(move |(index, moment)| Step {
@@ -81,44 +100,46 @@ impl Escape {
         })
     }
 
-    /// The scene before each step, and the last.
+    /// Returns the scene before each step and the scene after the last step.
     fn scenes(&self) -> impl Iterator<Item = &Scene> {
         self.moments.iter().map(|moment| &moment.scene).chain([&self.last.1])
     }
 
-    /// Where the robot began, and what stood around it.
+    /// Returns the pose of the robot and the scene at the start of the episode.
     fn start(&self) -> (Pose, &Scene) {
         let first = self.moments.first().map(|moment| (moment.pose, &moment.scene));
         first.unwrap_or((self.last.0, &self.last.1))
     }
 
-    /// How many moves were blocked.
+    /// Returns the number of blocked moves.
     fn blocked(&self) -> usize {
         self.moments.iter().filter(|moment| moment.blocked).count()
     }
 
-    /// The result in a few words, such as "14 steps, 2 blocked".
-    fn words(&self) -> String {
+    /// Returns the result as a label, e.g. "14 steps, 2 blocked" or "failed after 200 steps".
+    fn summary(&self) -> String {
         let (steps, blocked) = (self.moments.len(), self.blocked());
         let steps = format!("{steps} {}", if steps == 1 { "step" } else { "steps" });
         match blocked {
-            _ if !self.escaped => format!("not out in {steps}"),
+            _ if !self.escaped => format!("failed after {steps}"),
             0 => steps,
             _ => format!("{steps}, {blocked} blocked"),
         }
     }
 }
 
-/// Three moments of an escape that are worth a look: the first, one in the middle, and one shortly
-/// before the end, when the exit does not yet fill the image. Fewer than three moments repeat; of
-/// none, the indices are 0 and [`states`] shows nothing.
-pub fn pick_states(escape: &Escape) -> [usize; 3] {
+/// Returns the indices of three representative moments of an escape: the first, one in the middle,
+/// and one shortly before the end, when the exit does not yet fill the image.
+///
+/// If there are fewer than three moments, indices repeat. If there are none, all indices are
+/// 0, and [`states`] ignores them.
+pub fn sample_states(escape: &Escape) -> [usize; 3] {
     let count = escape.moments.len();
     let late = if count > 3 { count - 2 } else { count.saturating_sub(1) };
     [0, late / 2, late]
 }
 
 #[cfg(test)]
-mod fabricated;
+mod fixtures;
 #[cfg(test)]
 mod tests;

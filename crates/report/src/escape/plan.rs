@@ -1,4 +1,4 @@
-//! The room from above: walls, exit, obstacles and robots.
+//! The plan of the room: walls, exit, obstacles and robot, seen from above.
 
 use std::fmt;
 
@@ -6,31 +6,31 @@ use super::colours::{EXIT, OBSTACLE, WALL};
 use super::drawing::Drawing;
 use super::scene::{Pose, ROBOT, ROOM, Scene, Shape};
 
-/// How thick the walls are drawn, in millimetres.
+/// Thickness of the drawn walls in millimetres.
 const WALL_THICKNESS: f64 = 60.0;
 
-/// What is shown around the floor, in millimetres: the exit reaches 0.1 m into the wall.
-const AROUND: f64 = 100.0;
+/// Width of the border around the floor in millimetres: the exit extends 0.1 m into the wall.
+const BORDER: f64 = 100.0;
 
-/// A point of the plan, in millimetres from the middle of the room; y points down.
+/// A point of the plan in millimetres from the centre of the room; y points down.
 #[derive(Clone, Copy)]
 pub(super) struct Point(f64, f64);
 
 impl fmt::Display for Point {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-        // A tenth of a millimetre is finer than any screen; adding zero takes the sign off "-0".
+        // A tenth of a millimetre is less than a pixel. Adding zero turns -0 into 0.
         let [x, y] = [self.0, self.1].map(|length| (10.0 * length).round() / 10.0 + 0.0);
         write!(formatter, "{x} {y}")
     }
 }
 
-/// Where a place in the room, `[x, y]` in metres, is on the plan.
+/// Converts a position in the room, `[x, y]` in metres, to a point of the plan.
 pub(super) fn point([x, y]: [f64; 2]) -> Point {
     Point(1000.0 * x, -1000.0 * y)
 }
 
-/// Draws the empty room as a square of `side` pixels, walls included, whose upper left corner is at
-/// `corner`; then what `draw` draws in it, by [`point`]s.
+/// Draws the empty room as a square of `side` pixels, including the walls, with its upper left
+/// corner at `corner`. Then calls `draw`, which draws in the coordinates of [`Point`].
 pub(super) fn room(
     drawing: &mut Drawing,
     corner: (f64, f64),
@@ -38,7 +38,7 @@ pub(super) fn room(
     draw: impl FnOnce(&mut Drawing),
 ) {
     let floor = 1000.0 * ROOM;
-    let scale = side / (floor + 2.0 * AROUND);
+    let scale = side / (floor + 2.0 * BORDER);
     let (x, y) = (corner.0 + side / 2.0, corner.1 + side / 2.0);
     let start = -(floor + WALL_THICKNESS) / 2.0;
     let length = floor + WALL_THICKNESS;
@@ -58,8 +58,8 @@ pub(super) fn scene(drawing: &mut Drawing, scene: &Scene) {
     shapes(drawing, &scene.obstacles, OBSTACLE);
 }
 
-/// Draws shapes of one colour as one thing: a thin line around each covers the seams between
-/// neighbours.
+/// Draws shapes in one colour, as a single SVG path. A thin outline covers the seams between
+/// adjacent shapes.
 pub(super) fn shapes(drawing: &mut Drawing, shapes: &[Shape], colour: &str) {
     if shapes.is_empty() {
         return;
@@ -71,14 +71,15 @@ pub(super) fn shapes(drawing: &mut Drawing, shapes: &[Shape], colour: &str) {
     ));
 }
 
-/// The outline of a shape as a closed path, in SVG's words.
+/// Returns the outline of a shape as SVG path data.
 pub(super) fn outline(shape: &Shape) -> String {
     match shape {
         Shape::Circle { centre: [x, y], radius } => {
             let [left, right] = [point([x - radius, *y]), point([x + radius, *y])];
             let radius = 1000.0 * radius;
             format!(
-                "M{left}A{radius:.1} {radius:.1} 0 1 1 {right}A{radius:.1} {radius:.1} 0 1 1 {left}Z"
+                "M{left}A{radius:.1} {radius:.1} 0 1 1 {right}\
+                 A{radius:.1} {radius:.1} 0 1 1 {left}Z"
             )
         }
         Shape::Polygon(corners) => {
@@ -88,7 +89,8 @@ pub(super) fn outline(shape: &Shape) -> String {
     }
 }
 
-/// Draws the robot's footprint, with a nose that tells where its front is.
+/// Draws the footprint of the robot, with a nose that shows its heading. `opacity` (0 to 1)
+/// applies only to the fill of the square.
 pub(super) fn robot(drawing: &mut Drawing, pose: Pose, colour: &str, opacity: f64) {
     let side = 1000.0 * ROBOT;
     let corner = -side / 2.0;

@@ -1,54 +1,55 @@
-//! The room and what stands in it, seen from above.
+//! The room and the objects in it, seen from above.
 //!
-//! Lengths are metres in the frame `odom`, whose origin is the middle of the room. A picture has x
-//! to the right and y up, as a map.
+//! Coordinates are metres in the frame `odom`, whose origin is the centre of the room. In a figure,
+//! x points to the right and y up.
 
-/// The sides of the room's floor, in metres.
+/// Side of the square floor of the room in metres.
 pub const ROOM: f64 = 2.5;
 
-/// The sides of the robot's footprint, in metres.
+/// Side of the square footprint of the robot in metres.
 pub const ROBOT: f64 = 0.15;
 
-/// Where a robot stands and where it looks.
+/// The position and heading of the robot.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pose {
-    /// Metres to the right.
+    /// x coordinate in metres.
     pub x: f64,
-    /// Metres up.
+    /// y coordinate in metres.
     pub y: f64,
-    /// Radians counter-clockwise from the x axis.
+    /// Heading in radians, counter-clockwise from the x axis.
     pub yaw: f64,
 }
 
 impl Pose {
-    /// The middle of the robot, `[x, y]` in metres.
+    /// Returns the centre of the robot, `[x, y]` in metres.
     pub fn position(&self) -> [f64; 2] {
         [self.x, self.y]
     }
 
-    /// The point so many metres away in a direction, in radians counter-clockwise from the heading.
+    /// Returns the point `[x, y]` at a distance of `metres` from the robot. `direction` is in
+    /// radians, counter-clockwise from the heading.
     pub(super) fn ahead(&self, metres: f64, direction: f64) -> [f64; 2] {
         let (sine, cosine) = (self.yaw + direction).sin_cos();
         [self.x + metres * cosine, self.y + metres * sine]
     }
 }
 
-/// The ground plan of a thing, or of a piece of it.
+/// The outline of an object, or of a part of it, seen from above.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
-    /// A cylinder from above.
+    /// A cylinder.
     Circle {
-        /// `[x, y]` in metres.
+        /// Centre, `[x, y]` in metres.
         centre: [f64; 2],
-        /// In metres.
+        /// Radius in metres.
         radius: f64,
     },
-    /// The corners `[x, y]` in metres, either way round.
+    /// A polygon with corners `[x, y]` in metres, clockwise or counter-clockwise.
     Polygon(Vec<[f64; 2]>),
 }
 
 impl Shape {
-    /// The middle: of a polygon, the mean of its corners.
+    /// Returns the centre, `[x, y]` in metres. For a polygon, this is the mean of its corners.
     pub(super) fn centre(&self) -> [f64; 2] {
         match self {
             Shape::Circle { centre, .. } => *centre,
@@ -59,8 +60,9 @@ impl Shape {
         }
     }
 
-    /// How far a point is from the shape, in metres; of a polygon, from its corners and its middle,
-    /// which will do for small ones.
+    /// Returns the distance of a point from the shape in metres; negative inside a circle. For a
+    /// polygon, this is the distance from the nearest corner or the centre, an approximation that
+    /// is sufficient for small polygons.
     pub(super) fn distance(&self, point: [f64; 2]) -> f64 {
         match self {
             Shape::Circle { centre, radius } => distance(*centre, point) - radius,
@@ -72,17 +74,17 @@ impl Shape {
     }
 }
 
-/// What there is in the room at a moment, besides its walls and the robot.
+/// The exit and the obstacles at one moment.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
-    /// The ground plan of the exit.
+    /// The shapes of the exit.
     pub exit: Vec<Shape>,
-    /// The ground plans of the obstacles. Many shapes may make up one obstacle; one that moves keeps
-    /// its place in the list.
+    /// The shapes of the obstacles. An obstacle may consist of several shapes. A moving obstacle
+    /// has the same index in all scenes of an episode.
     pub obstacles: Vec<Shape>,
 }
 
-/// The distance between two points.
+/// Returns the distance between two points.
 pub(super) fn distance([x, y]: [f64; 2], [other_x, other_y]: [f64; 2]) -> f64 {
     (x - other_x).hypot(y - other_y)
 }
@@ -99,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn distances_are_those_from_the_edge() {
+    fn distances_are_measured_from_the_edge() {
         let circle = Shape::Circle { centre: [1.0, 0.0], radius: 0.25 };
         assert_eq!(circle.distance([2.0, 0.0]), 0.75);
         let triangle = Shape::Polygon(vec![[0.0, 0.0], [3.0, 0.0], [0.0, 3.0]]);

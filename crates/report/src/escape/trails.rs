@@ -1,15 +1,17 @@
-//! A way out between obstacles that move, which the paper shows only in its videos.
+//! An escape among moving obstacles, which the paper shows only in its videos.
 
 use super::colours::{EXIT, INK, OBSTACLE, TRAIL};
 use super::drawing::Drawing;
-use super::legend::{Sign, legend};
+use super::legend::{Symbol, legend};
 use super::paths::{MARGIN, ROOM_SIDE};
 use super::plan::{self, point};
 use super::scene::Shape;
 use super::{Escape, steps};
 
-/// One escape from above as an SVG file, with the way that each obstacle went: pale at first, full
-/// at last, as is the robot's path. Obstacles are drawn where they were in the end.
+/// Returns an SVG file with one escape, seen from above, and the trail of each moving obstacle.
+///
+/// The opacity of the path and the trails increases with time. Obstacles are drawn at their final
+/// positions.
 pub fn trails(escape: &Escape) -> String {
     let mut drawing = Drawing::new(900, 680);
     let last = &escape.last.1;
@@ -28,25 +30,26 @@ pub fn trails(escape: &Escape) -> String {
         steps::path(drawing, escape.steps(), INK, true);
     });
 
-    let mut signs = vec![(Sign::Step(0), escape.words()), (Sign::Start, "start".to_owned())];
+    let mut symbols =
+        vec![(Symbol::Step(0), escape.summary()), (Symbol::Start, "start".to_owned())];
     if escape.blocked() > 0 {
-        signs.push((Sign::Blocked, "blocked move".to_owned()));
+        symbols.push((Symbol::Blocked, "blocked move".to_owned()));
     }
-    signs.push((Sign::Trail, "way of an obstacle".to_owned()));
-    signs.push((Sign::Nothing, "pale: early, full: late".to_owned()));
-    legend(&mut drawing, &[signs, Sign::of_room()]);
+    symbols.push((Symbol::Trail, "obstacle trail".to_owned()));
+    symbols.push((Symbol::Nothing, "fainter: earlier".to_owned()));
+    legend(&mut drawing, &[symbols, Symbol::of_room()]);
 
     let description = format!(
-        "The room from above, with the robot's path of arrows and the ways of {} moving obstacles, \
-         both pale at first and full at last: {}.",
+        "The room from above, with a path of arrows and the trails of {} moving obstacles, whose \
+         opacity increases with time: {}.",
         last.obstacles.len(),
-        escape.words()
+        escape.summary()
     );
-    drawing.finish("A path between moving obstacles", &description)
+    drawing.finish("A path among moving obstacles", &description)
 }
 
-/// Draws where an obstacle was at each moment, its outline at the first, and itself, as if of
-/// glass, at the last: the robot may have been there before.
+/// Draws the trail of an obstacle. `shapes` holds the obstacle at each moment: the first is drawn
+/// as an outline, the last as a translucent shape, because the path of the robot may cross it.
 fn trail(drawing: &mut Drawing, shapes: &[&Shape]) {
     let [first, .., last] = shapes else { return };
     drawing.add(format_args!(
@@ -59,7 +62,7 @@ fn trail(drawing: &mut Drawing, shapes: &[&Shape]) {
     let centres: Vec<_> = shapes.iter().map(|shape| shape.centre()).collect();
     for (index, pair) in centres.windows(2).enumerate() {
         let [from, to] = [point(pair[0]), point(pair[1])];
-        let opacity = steps::age(index + 1, centres.len() - 1);
+        let opacity = steps::opacity_at(index + 1, centres.len() - 1);
         drawing.add(format_args!(
             "<path d='M{from}L{to}' stroke='{TRAIL}' stroke-width='22' \
              stroke-linecap='round' opacity='{opacity:.2}'/>"

@@ -1,5 +1,4 @@
-//! How a record looks on the console: rcutils' `RCUTILS_CONSOLE_OUTPUT_FORMAT` and
-//! `RCUTILS_COLORIZED_OUTPUT`.
+//! The console format of rcutils: `RCUTILS_CONSOLE_OUTPUT_FORMAT` and `RCUTILS_COLORIZED_OUTPUT`.
 
 use std::{
     env,
@@ -11,14 +10,16 @@ use std::{
 use log::{Level, Record};
 use thiserror::Error;
 
+use crate::escape::escaped;
+
 const DEFAULT: &str = "[{severity}] [{time}] [{name}]: {message}";
 
-/// Why the console cannot be written as the environment says.
+/// The error returned for an invalid `RCUTILS_COLORIZED_OUTPUT`.
 #[derive(Debug, Error, PartialEq)]
-#[error("RCUTILS_COLORIZED_OUTPUT is '{0}': expected 0 or 1")]
+#[error("RCUTILS_COLORIZED_OUTPUT is '{}': expected 0 or 1", escaped(.0))]
 pub struct InvalidColorization(String);
 
-/// The format of a line, and whether it is coloured by its level.
+/// The format of a line, and whether it is coloured by level.
 #[derive(Debug)]
 pub(super) struct Format {
     text: String,
@@ -26,7 +27,7 @@ pub(super) struct Format {
 }
 
 impl Format {
-    /// The format that the environment asks for; colours only on a terminal if it does not say.
+    /// Reads the format from the environment. By default, colours are used only on a terminal.
     pub(super) fn from_environment() -> Result<Format, InvalidColorization> {
         let variable = |name| env::var(name).ok().filter(|value| !value.is_empty());
         let text = variable("RCUTILS_CONSOLE_OUTPUT_FORMAT");
@@ -40,12 +41,12 @@ impl Format {
     }
 
     pub(super) fn new(text: &str, is_coloured: bool) -> Format {
-        // A shell passes these as two characters.
+        // A shell passes `\n` and `\t` as two characters each.
         let text = text.replace("\\n", "\n").replace("\\t", "\t");
         Format { text, is_coloured }
     }
 
-    /// A line of the console. What stands in braces and is no field stays as it is.
+    /// Formats a record. Unknown fields in braces are left unchanged.
     pub(super) fn line(
         &self,
         record: &Record,
@@ -80,7 +81,7 @@ impl Format {
                 "time_as_nanoseconds" => write!(line, "{}", since_epoch.as_nanos()),
                 other => write!(line, "{{{other}}}"),
             };
-            written.expect("a string takes everything");
+            written.expect("writing to a String cannot fail");
         }
         line += rest;
         if self.is_coloured {
@@ -90,12 +91,12 @@ impl Format {
     }
 }
 
-/// ROS knows no trace.
+/// Returns the level to print. ROS has no trace level, so trace becomes debug.
 fn severity(level: Level) -> Level {
     level.min(Level::Debug)
 }
 
-/// The escape sequences of rcutils.
+/// Returns the escape sequence with which rcutils colours a level.
 fn colour(level: Level) -> &'static str {
     match severity(level) {
         Level::Error => "\x1b[31m",
@@ -115,19 +116,19 @@ mod tests {
         let time = UNIX_EPOCH + Duration::new(1_700_000_000, 42);
         let record =
             Record::builder().level(Level::Warn).file(Some("node.rs")).line(Some(7)).build();
-        Format::new(format, is_coloured).line(&record, time, "sim_node", "hello")
+        Format::new(format, is_coloured).line(&record, time, "camera", "hello")
     }
 
     #[test]
-    fn the_default_is_that_of_ros() {
-        assert_eq!(line(DEFAULT, false), "[WARN] [1700000000.000000042] [sim_node]: hello");
+    fn the_default_is_the_ros_format() {
+        assert_eq!(line(DEFAULT, false), "[WARN] [1700000000.000000042] [camera]: hello");
     }
 
     #[test]
-    fn a_format_has_its_fields_and_everything_else_as_it_is() {
+    fn replaces_known_fields_and_keeps_everything_else() {
         for (format, expected) in [
             ("{message} ({file_name}:{line_number})", "hello (node.rs:7)"),
-            ("{time_as_nanoseconds}\\t{name}", "1700000000000000042\tsim_node"),
+            ("{time_as_nanoseconds}\\t{name}", "1700000000000000042\tcamera"),
             ("{nonsense} {message", "{nonsense} {message"),
             ("", ""),
         ] {
@@ -136,7 +137,13 @@ mod tests {
     }
 
     #[test]
-    fn a_coloured_line_ends_its_colour() {
+    fn a_coloured_line_resets_its_colour() {
         assert_eq!(line("{severity}", true), "\x1b[33mWARN\x1b[0m");
+    }
+
+    #[test]
+    fn the_error_escapes_the_value_that_it_quotes() {
+        let error = InvalidColorization("a\nb".to_owned()).to_string();
+        assert_eq!(error, r"RCUTILS_COLORIZED_OUTPUT is 'a\nb': expected 0 or 1");
     }
 }

@@ -1,8 +1,9 @@
-//! Levels of logging, by their names.
+//! Log level names.
 
 use log::LevelFilter;
 
-/// A ROS level's name, in any case; `fatal` is no level of the `log` crate and means `error`.
+/// Returns the level with a ROS name, in upper or lower case, or `None` if the name is unknown.
+/// `fatal` maps to `error`, because the `log` crate has no such level.
 pub(crate) fn parse_level(name: &str) -> Option<LevelFilter> {
     Some(match name.to_ascii_lowercase().as_str() {
         "debug" => LevelFilter::Debug,

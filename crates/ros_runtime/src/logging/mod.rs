@@ -1,12 +1,24 @@
-//! Logging: the `log` crate's records on the console in ROS's format, and on `/rosout`.
+//! Logging: writes the records of the `log` crate to the console in ROS's format and to `/rosout`.
 //!
-//! What this project's own crates say is the node's and goes to both. Libraries speak on the
-//! console only, and by default only when something is wrong: their warnings are about the wire
-//! and come by the thousand. `--log-level rustdds:=debug` opens one of them.
+//! Records from the node go to both outputs. Records from the DDS libraries go only to the console
+//! and, by default, only if they are errors, because these libraries can log thousands of warnings
+//! about network packets. `--log-level rustdds:=debug` sets the level of one library.
 //!
-//! Whoever is in the network can make a node complain thousands of times a second. So warnings and
-//! errors of one line of the program are heard [`MOST_PER_SECOND`] times a second, and no message is
-//! longer than [`LONGEST_MESSAGE`].
+//! A peer may trigger thousands of warnings a second, so each source line logs at most 20 warnings
+//! and errors a second. Messages are truncated after 2,000 bytes.
+//!
+//! # Examples
+//!
+//! [`Node::new`](crate::Node::new) starts logging. A program without a node starts it itself:
+//!
+//! ```no_run
+//! use log::{LevelFilter, info};
+//! use ros_runtime::{Arguments, logging};
+//!
+//! logging::start("converter", &Arguments::from_environment()?, LevelFilter::Error)?;
+//! info!("ready"); // [INFO] [1700000000.000000042] [converter]: ready
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod format;
 pub(crate) mod level;
@@ -28,18 +40,18 @@ use crate::arguments::Arguments;
 
 static LOGGER: OnceLock<Logger> = OnceLock::new();
 
-/// How many warnings and errors of one line of the program are heard in a second.
+/// The maximum number of warnings and errors from one source line per second.
 const MOST_PER_SECOND: u32 = 20;
-/// The bytes that are heard of a message.
+/// The maximum length of a message, in bytes.
 const LONGEST_MESSAGE: usize = 2000;
 
 struct Logger {
-    /// The ROS logger's name: the node's.
+    /// The name of the ROS logger, which is derived from the node's name.
     name: String,
     level: LevelFilter,
-    /// What libraries may say unless somebody asks for more.
+    /// The level of the DDS libraries that have no level in `levels`.
     libraries: LevelFilter,
-    /// Levels by the beginning of a record's target.
+    /// Levels by logger name, which is the node's name or a prefix of a record's target.
     levels: Vec<(String, LevelFilter)>,
     format: Format,
     to_console: bool,
@@ -52,24 +64,29 @@ struct Outputs {
     rosout: Option<Arc<NodeLoggingHandle>>,
     console: Option<Console>,
     libraries_muted: bool,
-    /// Warnings and errors, by their lines in the program.
-    said: HashMap<(Option<&'static str>, Option<u32>), Said>,
+    /// The rates of warnings and errors, by source file and line.
+    rates: HashMap<(Option<&'static str>, Option<u32>), Rate>,
 }
 
-/// How often something was said since a moment.
-struct Said {
+/// The number of records from a source line since a point in time.
+struct Rate {
     since: Instant,
-    times: u32,
+    records: u32,
 }
 
-/// Writes a line where a progress bar stands: the bar steps aside.
+/// Writes a line in place of standard error, for a program that displays a progress bar.
 type Console = Box<dyn Fn(&str) + Send>;
 
-/// The crates of the middleware, whose records are not the node's own.
+/// The middleware crates. Their records keep their own logger names and have a separate level.
 const LIBRARIES: [&str; 2] = ["ros2_client", "rustdds"];
 
-/// Starts logging under a node's name, with what libraries may say unless somebody asks for more. The
-/// first call of a process counts.
+/// Starts logging under the name of a node. Later calls in the same process have no effect.
+///
+/// `libraries` is the level of the DDS libraries if `arguments` does not set one.
+///
+/// # Errors
+///
+/// Returns an error if `RCUTILS_COLORIZED_OUTPUT` is invalid.
 pub fn start(
     name: &str,
     arguments: &Arguments,
@@ -87,15 +104,16 @@ pub fn start(
         to_rosout: arguments.logs_to_rosout,
         outputs: Mutex::default(),
     });
-    // Fails where somebody set a logger before, as a test's harness may: then that one stays.
+    // This fails if the process already has a logger, such as that of a test harness. That logger
+    // is then kept.
     if log::set_logger(logger).is_ok() {
-        let loudest = arguments.logger_levels.iter().map(|(_, level)| *level).max();
-        log::set_max_level(loudest.unwrap_or(level).max(level));
+        let highest = arguments.logger_levels.iter().map(|(_, level)| *level).max();
+        log::set_max_level(highest.unwrap_or(level).max(level));
     }
     Ok(())
 }
 
-/// From now on the node's records go to `/rosout`, too.
+/// Starts publishing the node's records on `/rosout`.
 pub(crate) fn publish_to(rosout: NodeLoggingHandle) {
     with_outputs(|outputs| {
         outputs.rosout = Some(Arc::new(rosout));
@@ -103,10 +121,10 @@ pub(crate) fn publish_to(rosout: NodeLoggingHandle) {
     });
 }
 
-/// No record goes to `/rosout` any more: its writer keeps the DDS participant alive.
+/// Stops publishing on `/rosout`, because its writer keeps the DDS participant alive.
 ///
-/// Libraries are not heard any more, either: RustDDS calls it an error that a socket on loopback
-/// leaves a multicast group which it never joined.
+/// This also mutes the libraries: on shutdown, RustDDS logs an error because a loopback socket
+/// leaves a multicast group that it has not joined.
 pub(crate) fn stop_publishing() {
     with_outputs(|outputs| {
         outputs.rosout = None;
@@ -114,7 +132,14 @@ pub(crate) fn stop_publishing() {
     });
 }
 
-/// From now on the console is written through this function, as a progress bar needs it.
+/// Makes the logger pass console lines to a function instead of writing them to standard error, for
+/// a program that shows a progress bar. The call has no effect before [`start`].
+///
+/// # Examples
+///
+/// ```
+/// ros_runtime::logging::write_console_through(|line| println!("{line}"));
+/// ```
 pub fn write_console_through(console: impl Fn(&str) + Send + 'static) {
     with_outputs(|outputs| outputs.console = Some(Box::new(console)));
 }
@@ -134,7 +159,10 @@ impl Logger {
         let root = target.split("::").next().unwrap_or(target);
         let own = !LIBRARIES.contains(&root);
         let named = self.levels.iter().rev().find(|(logger, _)| {
-            target.starts_with(logger.as_str()) || (own && *logger == self.name)
+            // A level applies to the named logger and to the loggers below it.
+            let rest = target.strip_prefix(logger.as_str());
+            let is_named = rest.is_some_and(|rest| rest.is_empty() || rest.starts_with("::"));
+            is_named || (own && *logger == self.name)
         });
         match named {
             Some((_, level)) => *level,
@@ -159,22 +187,23 @@ impl Log for Logger {
         if outputs.libraries_muted && !own {
             return;
         }
-        let Some(left_out) = outputs.admit(record, Instant::now()) else {
+        let Some(suppressed) = outputs.admit(record, Instant::now()) else {
             return;
         };
         let mut message = shortened(record.args().to_string(), LONGEST_MESSAGE);
-        if left_out > 0 {
-            message += &format!(" (and {left_out} more of this kind)");
+        if suppressed > 0 {
+            message += &format!(" ({suppressed} similar messages suppressed)");
         }
         if self.to_console {
             let line = self.format.line(record, SystemTime::now(), name, &message);
             match &outputs.console {
                 Some(console) => console(&line),
-                // A closed console is no reason to stop.
-                None => drop(writeln!(std::io::stderr(), "{line}")),
+                // The node keeps running if the console is closed.
+                // One write, so that lines of several nodes on one terminal do not mix.
+                None => drop(std::io::stderr().write_all(format!("{line}\n").as_bytes())),
             }
         }
-        // RustDDS may have something to log while it publishes: not under this lock.
+        // Release the lock first: RustDDS may log while it publishes, and logging takes the lock.
         let rosout = outputs.rosout.clone().filter(|_| own && self.to_rosout);
         drop(outputs);
         if let Some(rosout) = rosout {
@@ -194,24 +223,26 @@ impl Log for Logger {
 }
 
 impl Outputs {
-    /// Whether a record is heard: how many of its kind were not, since the last one that was.
+    /// Applies the rate limit. Returns `None` if the record is suppressed, and otherwise the number
+    /// of records from the same source line that were suppressed before it.
     fn admit(&mut self, record: &Record, now: Instant) -> Option<u32> {
         if record.level() > Level::Warn {
             return Some(0);
         }
         let line = (record.file_static(), record.line());
-        let said = self.said.entry(line).or_insert(Said { since: now, times: 0 });
-        let mut left_out = 0;
-        if now - said.since >= Duration::from_secs(1) {
-            left_out = said.times.saturating_sub(MOST_PER_SECOND);
-            *said = Said { since: now, times: 0 };
+        let rate = self.rates.entry(line).or_insert(Rate { since: now, records: 0 });
+        let mut suppressed = 0;
+        if now - rate.since >= Duration::from_secs(1) {
+            suppressed = rate.records.saturating_sub(MOST_PER_SECOND);
+            *rate = Rate { since: now, records: 0 };
         }
-        said.times = said.times.saturating_add(1);
-        (said.times <= MOST_PER_SECOND).then_some(left_out)
+        rate.records = rate.records.saturating_add(1);
+        (rate.records <= MOST_PER_SECOND).then_some(suppressed)
     }
 }
 
-/// A text that is cut off after so many bytes, between two characters.
+/// Truncates a text that is longer than `bytes` bytes, at a character boundary, and replaces the
+/// rest with `...`.
 pub(crate) fn shortened(mut text: String, bytes: usize) -> String {
     if text.len() > bytes {
         let end = (0..=bytes).rev().find(|place| text.is_char_boundary(*place));
@@ -236,7 +267,7 @@ mod tests {
 
     fn logger(level: LevelFilter, levels: &[(&str, LevelFilter)]) -> Logger {
         Logger {
-            name: "sim_node".to_owned(),
+            name: "camera".to_owned(),
             level,
             libraries: LevelFilter::Error,
             levels: levels.iter().map(|(name, level)| (name.to_string(), *level)).collect(),
@@ -248,40 +279,42 @@ mod tests {
     }
 
     #[test]
-    fn whoever_complains_without_end_is_heard_now_and_then() {
+    fn limits_the_rate_of_warnings_and_errors_from_each_line() {
         let mut outputs = Outputs::default();
-        let mut heard = |level, line, now| {
+        let mut admit = |level, line, now| {
             let record = Record::builder().level(level).line(Some(line)).build();
             outputs.admit(&record, now)
         };
         let start = Instant::now();
         for number in 0..1000 {
             let expected = (number < MOST_PER_SECOND).then_some(0);
-            assert_eq!(heard(Level::Warn, 1, start), expected);
-            assert_eq!(heard(Level::Info, 2, start), Some(0));
+            assert_eq!(admit(Level::Warn, 1, start), expected);
+            assert_eq!(admit(Level::Info, 2, start), Some(0));
         }
-        assert_eq!(heard(Level::Error, 3, start), Some(0), "another line");
+        assert_eq!(admit(Level::Error, 3, start), Some(0), "another line");
         let later = start + Duration::from_secs(1);
-        assert_eq!(heard(Level::Warn, 1, later), Some(1000 - MOST_PER_SECOND));
-        assert_eq!(heard(Level::Warn, 1, later), Some(0));
+        assert_eq!(admit(Level::Warn, 1, later), Some(1000 - MOST_PER_SECOND));
+        assert_eq!(admit(Level::Warn, 1, later), Some(0));
     }
 
     #[test]
-    fn what_is_too_long_is_cut_between_two_characters() {
+    fn truncates_long_texts_at_a_character_boundary() {
         for (bytes, expected) in [(4, "a\u{e9}b"), (3, "a\u{e9}..."), (2, "a..."), (0, "...")] {
             assert_eq!(shortened("a\u{e9}b".to_owned(), bytes), expected);
         }
     }
 
     #[test]
-    fn libraries_are_quiet_unless_asked() {
-        let quiet = logger(LevelFilter::Info, &[]);
-        assert_eq!(quiet.level_of("sim_node::ros"), LevelFilter::Info);
-        assert_eq!(quiet.level_of("rustdds::rtps"), LevelFilter::Error);
-        let open = logger(LevelFilter::Warn, &[("rustdds", LevelFilter::Debug)]);
-        assert_eq!(open.level_of("rustdds::rtps"), LevelFilter::Debug);
-        assert_eq!(open.level_of("ros_runtime::node"), LevelFilter::Warn);
-        let by_name = logger(LevelFilter::Info, &[("sim_node", LevelFilter::Error)]);
+    fn libraries_and_the_node_have_separate_levels() {
+        let default = logger(LevelFilter::Info, &[]);
+        assert_eq!(default.level_of("camera::driver"), LevelFilter::Info);
+        assert_eq!(default.level_of("rustdds::rtps"), LevelFilter::Error);
+        let with_debug = logger(LevelFilter::Warn, &[("rustdds", LevelFilter::Debug)]);
+        assert_eq!(with_debug.level_of("rustdds::rtps"), LevelFilter::Debug);
+        assert_eq!(with_debug.level_of("ros_runtime::node"), LevelFilter::Warn);
+        let of_another = logger(LevelFilter::Warn, &[("rust", LevelFilter::Debug)]);
+        assert_eq!(of_another.level_of("rustdds::rtps"), LevelFilter::Error);
+        let by_name = logger(LevelFilter::Info, &[("camera", LevelFilter::Error)]);
         assert_eq!(by_name.level_of("ros_runtime::node"), LevelFilter::Error);
     }
 }

@@ -1,4 +1,4 @@
-//! The parameters of another node, asked for over its services.
+//! A client for the parameter services of another node.
 
 use std::{collections::BTreeMap, time::Duration};
 
@@ -13,7 +13,25 @@ use crate::{
     service::{CallError, ServiceClient},
 };
 
-/// A client of another node's parameter services.
+/// A client for the parameter services of another node.
+///
+/// # Examples
+///
+/// ```no_run
+/// use std::time::Duration;
+///
+/// use ros_runtime::{
+///     Arguments, Node,
+///     parameters::{ParameterClient, ParameterValue},
+/// };
+///
+/// let mut node = Node::new("inspector", &Arguments::from_environment()?, &[])?;
+/// let camera = ParameterClient::new(&mut node, "camera")?;
+/// let timeout = Duration::from_secs(5);
+/// println!("{:?}", node.block_on(camera.values(timeout))?);
+/// node.block_on(camera.set("rate", ParameterValue::Double(20.0), timeout))??;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct ParameterClient {
     list: ServiceClient<ListParameters>,
     get: ServiceClient<GetParameters>,
@@ -21,7 +39,12 @@ pub struct ParameterClient {
 }
 
 impl ParameterClient {
-    /// A client for the node of that name, in this node's namespace unless it is absolute.
+    /// Creates a client for the node named `remote`, which is in the namespace of `node` unless the
+    /// name is absolute.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the name is invalid or if DDS rejects a client.
     pub fn new(node: &mut Node, remote: &str) -> Result<ParameterClient, NodeError> {
         Ok(ParameterClient {
             list: node.create_client(&format!("{remote}/list_parameters"))?,
@@ -30,13 +53,21 @@ impl ParameterClient {
         })
     }
 
-    /// Every parameter that is set.
+    /// Returns the values of all parameters that are set, by name, except byte arrays.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if one of the two calls fails; each waits up to `deadline`.
+    ///
+    /// # Panics
+    ///
+    /// Same as [`ServiceClient::call`].
     pub async fn values(
         &self,
         deadline: Duration,
     ) -> Result<BTreeMap<String, ParameterValue>, CallError> {
-        let everything = list_parameters::Request::default();
-        let names = self.list.call(everything, Some(deadline)).await?.result.names;
+        let all = list_parameters::Request::default();
+        let names = self.list.call(all, Some(deadline)).await?.result.names;
         let request = get_parameters::Request { names: names.clone() };
         let values = self.get.call(request, Some(deadline)).await?.values;
         let set = names.into_iter().zip(&values);
@@ -45,7 +76,16 @@ impl ParameterClient {
             .collect())
     }
 
-    /// Sets a parameter; the inner error is the node's reason to refuse.
+    /// Sets a parameter.
+    ///
+    /// # Errors
+    ///
+    /// Returns the outer error if the call fails or there is no response within `deadline`, and the
+    /// inner error, with the reason, if the node rejects the value.
+    ///
+    /// # Panics
+    ///
+    /// Same as [`ServiceClient::call`].
     pub async fn set(
         &self,
         name: &str,
@@ -58,7 +98,7 @@ impl ParameterClient {
         Ok(match results.into_iter().next() {
             Some(result) if result.successful => Ok(()),
             Some(result) => Err(result.reason),
-            None => Err("the node answered nothing".to_owned()),
+            None => Err("the node returned no result".to_owned()),
         })
     }
 }

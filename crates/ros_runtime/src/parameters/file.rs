@@ -1,12 +1,12 @@
-//! Parameter files: YAML as rcl reads it.
+//! Parameter files, in rcl's YAML format.
 //!
 //! ```yaml
-//! /**:                 # every node; /robot1/** and /*/sim_node are wildcards too
+//! /**:               # every node; other wildcards: /robot1/**, /*/camera
 //!   ros__parameters:
-//!     seed: 3
-//! /robot1/sim_node:    # one node; `robot1: sim_node:` nested means the same
+//!     use_sim_time: true
+//! /robot1/camera:    # one node; the nested form `robot1: {camera: ...}` is equivalent
 //!   ros__parameters:
-//!     camera: {height: 0.09}   # the parameter camera.height
+//!     lens: {width: 0.09}   # the parameter lens.width
 //! ```
 
 use std::{
@@ -18,31 +18,32 @@ use serde::Deserialize;
 use thiserror::Error;
 
 use super::ParameterValue;
+use crate::escape::{escaped, escaped_path};
 
 const PARAMETERS: &str = "ros__parameters";
 
-/// Why a parameter file cannot be used.
+/// The error returned for an unusable parameter file.
 #[derive(Debug, Error)]
 pub enum ParameterFileError {
-    /// The file cannot be opened.
-    #[error("parameter file {path}: {source}")]
+    /// The file cannot be read.
+    #[error("parameter file {}: {source}", escaped_path(.path))]
     Read {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// The operating system's error.
         source: std::io::Error,
     },
-    /// The text is no YAML, or not of ROS's form.
-    #[error("parameter file {path}: {reason}")]
+    /// The text is not valid YAML or not a parameter file.
+    #[error("parameter file {}: {reason}", escaped_path(.path))]
     Form {
         /// The file.
         path: PathBuf,
-        /// What is wrong, and where.
+        /// The problem and its location, on one line.
         reason: String,
     },
 }
 
-/// The parameters that one name or pattern of a file gets.
+/// The parameters in a file for the nodes that match one name or pattern.
 #[derive(Debug, PartialEq)]
 pub(super) struct Section {
     pattern: String,
@@ -63,11 +64,14 @@ pub(super) fn read(path: &Path) -> Result<Vec<Section>, ParameterFileError> {
 }
 
 fn parse(text: &str) -> Result<Vec<Section>, String> {
-    let tree: BTreeMap<String, Tree> = serde_saphyr::from_str(text)
-        .map_err(|error| error.to_string().lines().next().unwrap_or_default().to_owned())?;
+    let tree: BTreeMap<String, Tree> = serde_saphyr::from_str(text).map_err(|error| {
+        // The remaining lines of the message show an excerpt of the file.
+        let message = error.to_string();
+        escaped(message.lines().next().unwrap_or_default()).to_string()
+    })?;
     let mut sections = Vec::new();
     collect_sections("", tree, &mut sections)?;
-    // The more special pattern wins, wherever it stands: wildcards come first.
+    // Later sections override earlier ones, so wildcards come first, wherever they are in the file.
     sections.sort_by_key(|section| !section.is_wildcard());
     Ok(sections)
 }
@@ -90,7 +94,8 @@ fn collect_sections(
             }
             Tree::Value(value) => {
                 return Err(format!(
-                    "'{key}' is {value}: expected 'node_name:' with '{PARAMETERS}:' below it"
+                    "'{}' is {value}: expected 'node_name:' with '{PARAMETERS}:' below it",
+                    escaped(&key)
                 ));
             }
         }
@@ -119,12 +124,14 @@ impl Section {
         self.pattern.contains('*')
     }
 
-    /// Whether nodes of any name are meant, so that this node need not know every parameter.
+    /// Returns whether the pattern ends with a wildcard. A node may lack some of the parameters in
+    /// such a section.
     pub(super) fn is_for_all(&self) -> bool {
         self.pattern.ends_with('*')
     }
 
-    /// `*` stands for one token, `**` for any number of them.
+    /// Returns whether the pattern matches a node: `*` matches one token, `**` any number of
+    /// tokens.
     pub(super) fn matches(&self, fully_qualified_name: &str) -> bool {
         let pattern: Vec<&str> = self.pattern.split('/').skip(1).collect();
         let name: Vec<&str> = fully_qualified_name.split('/').skip(1).collect();
@@ -151,15 +158,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sections_names_and_nested_parameters() {
+    fn reads_wildcards_nested_nodes_and_nested_parameters() {
         let text = "
 /**: {ros__parameters: {seed: 3, use_sim_time: false}}
-sim_node:
+camera:
   ros__parameters:
-    camera: {height: 0.09, pitch: 0.0}
-    fixed_cylinders: [0.1, 0.2]
+    lens: {width: 0.09, pitch: 0.0}
+    offsets: [0.1, 0.2]
 robot1:
-  sim_node: {ros__parameters: {scenario: concave}}
+  camera: {ros__parameters: {mode: gray}}
 ";
         let sections = parse(text).unwrap();
         let of = |name: &str| {
@@ -172,20 +179,22 @@ robot1:
             parameters
         };
         assert_eq!(sections.len(), 3);
-        let root = of("/sim_node");
-        assert_eq!(root["camera.height"], ParameterValue::Double(0.09));
-        assert_eq!(root["fixed_cylinders"], ParameterValue::DoubleArray(vec![0.1, 0.2]));
+        let root = of("/camera");
+        assert_eq!(root["lens.width"], ParameterValue::Double(0.09));
+        assert_eq!(root["offsets"], ParameterValue::DoubleArray(vec![0.1, 0.2]));
         assert_eq!(root["seed"], ParameterValue::Integer(3));
-        let moved = of("/robot1/sim_node");
-        assert_eq!(moved["scenario"], ParameterValue::String("concave".into()));
-        assert!(!moved.contains_key("camera.height"));
-        assert_eq!(of("/agent_node").len(), 2);
+        let moved = of("/robot1/camera");
+        assert_eq!(moved["mode"], ParameterValue::String("gray".into()));
+        assert!(!moved.contains_key("lens.width"));
+        assert_eq!(of("/planner").len(), 2);
     }
 
     proptest! {
-        /// Any text gives sections with absolute patterns, or a reason in one line.
+        /// Any text yields sections with absolute patterns or a one-line error.
         #[test]
-        fn any_text_is_read_or_refused_in_one_line(text in "([a-z/*_]{0,6}: ?|[-\\[\\]{}&*!|>'\"%@,#]| {1,4}|\\n|[0-9.e]{1,5}){0,40}") {
+        fn any_text_is_parsed_or_rejected_with_a_one_line_error(
+            text in "([a-z/*_]{0,6}: ?|[-\\[\\]{}&*!|>'\"%@,#]| {1,4}|\\n|[0-9.e]{1,5}){0,40}"
+        ) {
             match parse(&text) {
                 Ok(sections) => {
                     prop_assert!(sections.iter().all(|section| section.pattern.starts_with('/')));
@@ -196,7 +205,7 @@ robot1:
     }
 
     #[test]
-    fn patterns() {
+    fn matches_nodes_by_patterns() {
         let matches = |pattern: &str, name: &str| {
             Section { pattern: pattern.into(), parameters: BTreeMap::new() }.matches(name)
         };
@@ -205,9 +214,36 @@ robot1:
     }
 
     #[test]
-    fn what_is_no_parameter_file_is_refused() {
-        for text in ["seed: 3", "a: [", "- 1", "sim_node:\n  ros__parameters: 3"] {
+    fn rejects_text_that_is_not_a_parameter_file() {
+        for text in ["seed: 3", "a: [", "- 1", "camera:\n  ros__parameters: 3"] {
             assert!(parse(text).is_err(), "{text}");
         }
+    }
+
+    /// The texts contain a plain scalar with several lines, and keys and values with escaped line
+    /// breaks.
+    #[test]
+    fn errors_escape_the_keys_and_values_that_they_quote() {
+        for (text, key, value) in [
+            ("_: 0\n\n e", "_", r"the string '0\ne'"),
+            (r#""a\nb": 3"#, r"a\nb", "the integer 3"),
+            (r#"größe: "1\r\n2""#, "größe", r"the string '1\r\n2'"),
+            (r#"list: ["a\nb"]"#, "list", r#"the list ["a\nb"]"#),
+        ] {
+            let expected = format!(
+                "'{key}' is {value}: expected 'node_name:' with 'ros__parameters:' below it"
+            );
+            assert_eq!(parse(text), Err(expected));
+        }
+    }
+
+    #[test]
+    fn errors_escape_the_path() {
+        let path = Path::new("/nowhere\n/parameters.yaml");
+        let error = read(path).unwrap_err().to_string();
+        let expected = r"parameter file /nowhere\n/parameters.yaml: No such file or directory";
+        assert!(error.starts_with(expected), "{error}");
+        let form = ParameterFileError::Form { path: path.to_owned(), reason: "empty".to_owned() };
+        assert_eq!(form.to_string(), r"parameter file /nowhere\n/parameters.yaml: empty");
     }
 }

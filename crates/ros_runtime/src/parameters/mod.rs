@@ -1,5 +1,8 @@
-//! Parameters: declared once with a type, a default, a description and what values they may take;
-//! overridden by `-p` and `--params-file` at the start, and by `ros2 param set` while running.
+//! Parameters of a node.
+//!
+//! A program declares each parameter once, with its type, default, description and constraints.
+//! `-p` and `--params-file` override the default at startup, and `ros2 param set` changes the value
+//! while the node runs.
 
 mod client;
 mod file;
@@ -24,43 +27,58 @@ pub use file::ParameterFileError;
 pub(crate) use services::ParameterServices;
 pub use value::{FromParameter, Override, OverrideError, ParameterType, ParameterValue};
 
-use crate::{arguments::Arguments, names::Naming};
+use crate::{arguments::Arguments, escape::escaped, names::Naming};
 
-/// A parameter's own check: `Ok`, or what is wrong with a value, which is of the declared type.
+/// A check of a value that has the declared type. Its error is the reason for rejecting the value,
+/// on one line.
 pub type Check = fn(&ParameterValue) -> Result<(), String>;
 
-/// What a parameter is for and which values it takes.
+/// The description and constraints of a parameter.
+///
+/// # Examples
+///
+/// ```
+/// use ros_runtime::parameters::{Descriptor, ParameterValue};
+///
+/// let mode = Descriptor::read_only("the camera's mode").choices(["color", "gray"]);
+/// assert_eq!(mode.additional_constraints(), "one of: color, gray");
+/// let rate = Descriptor::dynamic("images per second").range(1.0..=60.0);
+/// let crop = Descriptor::dynamic("[x, y], in pixels").check(|value| match value {
+///     ParameterValue::IntegerArray(numbers) if numbers.len() == 2 => Ok(()),
+///     _ => Err("expected two integers".to_owned()),
+/// });
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Descriptor {
-    /// Shown by `ros2 param describe`.
+    /// The description, which `ros2 param describe` shows.
     pub description: String,
-    /// Whether the value is fixed once the node has started.
+    /// Whether the value cannot change after the declaration.
     pub read_only: bool,
-    /// The values of a string parameter, if they can be listed.
+    /// The valid values of a string; empty if any value is valid.
     pub choices: Vec<String>,
-    /// The smallest and the largest value of a number.
+    /// The smallest and largest valid numbers; for an array, they apply to each element.
     pub range: Option<(f64, f64)>,
-    /// What neither choices nor a range can say.
+    /// A check for constraints that choices and a range cannot express.
     pub check: Option<Check>,
 }
 
 impl Descriptor {
-    /// A parameter that is read once, at the start.
+    /// Describes a parameter whose value cannot change after the declaration.
     pub fn read_only(description: &str) -> Descriptor {
         Descriptor { description: description.to_owned(), read_only: true, ..Default::default() }
     }
 
-    /// A parameter that may change while the node runs.
+    /// Describes a parameter whose value can change while the node runs.
     pub fn dynamic(description: &str) -> Descriptor {
         Descriptor { description: description.to_owned(), ..Default::default() }
     }
 
-    /// The numbers that are allowed, the ends included.
+    /// Sets the valid range of a number, including both ends.
     pub fn range(self, range: RangeInclusive<f64>) -> Descriptor {
         Descriptor { range: Some((*range.start(), *range.end())), ..self }
     }
 
-    /// The strings that are allowed.
+    /// Sets the valid values of a string.
     pub fn choices<S: ToString>(self, choices: impl IntoIterator<Item = S>) -> Descriptor {
         Descriptor {
             choices: choices.into_iter().map(|choice| choice.to_string()).collect(),
@@ -68,12 +86,13 @@ impl Descriptor {
         }
     }
 
-    /// What else is asked of a value.
+    /// Sets an additional check.
     pub fn check(self, check: Check) -> Descriptor {
         Descriptor { check: Some(check), ..self }
     }
 
-    /// The constraints that have no field of their own in rcl_interfaces/ParameterDescriptor.
+    /// Returns the constraints for which `rcl_interfaces/ParameterDescriptor` has no separate
+    /// field: the choices, or an empty string.
     pub fn additional_constraints(&self) -> String {
         match self.choices.is_empty() {
             true => String::new(),
@@ -82,63 +101,63 @@ impl Descriptor {
     }
 }
 
-/// Why a parameter cannot have a value.
+/// The error returned for an invalid value or an unknown parameter.
 #[derive(Debug, Error, PartialEq)]
 pub enum ParameterError {
-    /// Another type than the declared one.
-    #[error("parameter '{name}' is {value}: expected {expected}")]
+    /// The type of the value differs from the declared one.
+    #[error("parameter '{}' is {value}: expected {expected}", escaped(.name))]
     WrongType {
         /// The parameter.
         name: String,
-        /// What was given.
+        /// The invalid value.
         value: ParameterValue,
-        /// What was declared.
+        /// The declared type.
         expected: ParameterType,
     },
-    /// A number outside the declared range.
-    #[error("parameter '{name}' is {value}: expected {low} to {high}")]
+    /// A number is outside the declared range.
+    #[error("parameter '{}' is {value}: expected {low} to {high}", escaped(.name))]
     OutOfRange {
         /// The parameter.
         name: String,
-        /// What was given.
+        /// The invalid value.
         value: ParameterValue,
-        /// The smallest value allowed.
+        /// The smallest valid value.
         low: f64,
-        /// The largest value allowed.
+        /// The largest valid value.
         high: f64,
     },
-    /// A string that is none of the declared ones.
-    #[error("parameter '{name}' is {value}: expected one of {}", choices.join(", "))]
-    NoSuchChoice {
+    /// A string is not one of the declared choices.
+    #[error("parameter '{}' is {value}: expected one of {}", escaped(.name), choices.join(", "))]
+    UnknownChoice {
         /// The parameter.
         name: String,
-        /// What was given.
+        /// The invalid value.
         value: ParameterValue,
-        /// What would be right.
+        /// The valid values.
         choices: Vec<String>,
     },
-    /// A value that its parameter's own check refuses.
-    #[error("parameter '{name}' is {value}: {reason}")]
+    /// The declared check rejects the value.
+    #[error("parameter '{}' is {value}: {reason}", escaped(.name))]
     Refused {
         /// The parameter.
         name: String,
-        /// What was given.
+        /// The invalid value.
         value: ParameterValue,
-        /// What is wrong with it.
+        /// The reason that the check returned.
         reason: String,
     },
-    /// A number that is none.
-    #[error("parameter '{0}' is not a finite number")]
+    /// A number is infinite or NaN.
+    #[error("parameter '{}' is not a finite number", escaped(.0))]
     NotFinite(String),
-    /// A change of what is fixed.
-    #[error("parameter '{0}' is read-only: give it when the node starts")]
+    /// The parameter is read-only.
+    #[error("parameter '{}' is read-only: set it when the node starts", escaped(.0))]
     ReadOnly(String),
-    /// A parameter that the node does not have.
-    #[error("no parameter '{name}': this node has {}", declared.join(", "))]
+    /// The parameter is not declared.
+    #[error("no parameter '{}': this node has {}", escaped(.name), declared.join(", "))]
     Undeclared {
         /// The parameter.
         name: String,
-        /// The parameters that there are.
+        /// The declared parameters.
         declared: Vec<String>,
     },
 }
@@ -150,49 +169,88 @@ struct Declared {
     descriptor: Descriptor,
 }
 
-/// A declared parameter, for programs that offer it as an option.
+/// A declared parameter with its value, for programs that list parameters or offer them as options.
+///
+/// # Examples
+///
+/// ```
+/// use ros_runtime::{Arguments, Node};
+///
+/// let parameters = Node::parameters_only("camera", &Arguments::default())?;
+/// let declarations = parameters.declarations();
+/// let clock = declarations.iter().find(|declaration| declaration.name == "use_sim_time");
+/// assert_eq!(clock.map(|clock| clock.expected.as_str()), Some("true or false"));
+/// # Ok::<(), ros_runtime::node::NodeError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Declaration {
-    /// Its name.
+    /// The name.
     pub name: String,
-    /// What it is for.
+    /// The description.
     pub description: String,
-    /// What kind of value it takes, in words.
+    /// The type in words, such as `a list of numbers`.
     pub expected: String,
-    /// Its value now.
+    /// The current value.
     pub value: ParameterValue,
-    /// The value that it has without an override.
+    /// The default value, which an override replaces.
     pub default: ParameterValue,
-    /// Whether the value is fixed once the node has started.
+    /// Whether the value cannot change after the declaration.
     pub read_only: bool,
-    /// The values of a string parameter, if they can be listed.
+    /// The valid values of a string; empty if any value is valid.
     pub choices: Vec<String>,
-    /// The smallest and the largest value of a number.
+    /// The smallest and largest valid numbers; for an array, they apply to each element.
     pub range: Option<(f64, f64)>,
 }
 
-/// A node's parameters; a cheap handle that can be shared.
+/// The parameters of a node. Clones share them.
+///
+/// # Examples
+///
+/// ```
+/// use ros_runtime::{
+///     Arguments,
+///     names::Naming,
+///     parameters::{Descriptor, ParameterValue, Parameters},
+/// };
+///
+/// let line = ["camera", "--ros-args", "-p", "rate:=20"];
+/// let arguments = Arguments::parse(line.map(str::to_owned))?;
+/// // In a node: `node.parameters()`.
+/// let parameters = Parameters::new(&Naming::new("camera", &arguments.remaps)?, &arguments)?;
+///
+/// let descriptor = Descriptor::dynamic("image rate, in Hz").range(1.0..=60.0);
+/// assert_eq!(parameters.declare("rate", 30.0, descriptor)?, 20.0);
+/// let error = parameters.set("rate", ParameterValue::Double(90.0)).unwrap_err();
+/// assert_eq!(error.to_string(), "parameter 'rate' is the number 90: expected 1 to 60");
+/// assert_eq!(parameters.get::<f64>("rate"), Some(20.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Parameters {
     overrides: Arc<Overrides>,
     declared: Arc<Mutex<BTreeMap<String, Declared>>>,
-    /// Who is told of changes.
+    /// The sender for the receiver that [`Parameters::listen`] has returned.
     listener: Arc<OnceLock<UnboundedSender<Change>>>,
 }
 
-/// A parameter, and its value from now on.
+/// The name of a parameter and its new value.
 pub(crate) type Change = (String, ParameterValue);
 
 #[derive(Debug, Default)]
 struct Overrides {
-    /// What was meant for this node by name or by `-p`: a misspelt one is an error.
+    /// Overrides from `-p` and from file sections for this node; an undeclared name is an error.
     own: BTreeMap<String, ParameterValue>,
-    /// What stood under a wildcard in a file: others may be meant.
+    /// Overrides from wildcard sections of files; their parameters may belong to other nodes.
     shared: BTreeMap<String, ParameterValue>,
 }
 
 impl Parameters {
-    /// The overrides of a command line for one node; its files are read here.
+    /// Returns the parameters of a node with the overrides from its arguments. No parameter is
+    /// declared yet.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if a parameter file cannot be read or is invalid.
     pub fn new(naming: &Naming, arguments: &Arguments) -> Result<Parameters, ParameterFileError> {
         let mut overrides = Overrides::default();
         for path in &arguments.parameter_files {
@@ -216,7 +274,12 @@ impl Parameters {
         Ok(Parameters { overrides, declared: Arc::default(), listener: Arc::default() })
     }
 
-    /// Declares a parameter; its value is the override, or else the default.
+    /// Declares a parameter and returns its value, which is the override if there is one and
+    /// `default` otherwise.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the value violates the declared type or constraints.
     pub fn declare<T: FromParameter>(
         &self,
         name: &str,
@@ -225,13 +288,13 @@ impl Parameters {
     ) -> Result<T, ParameterError> {
         let given = self.overrides.own.get(name).or_else(|| self.overrides.shared.get(name));
         let default = default.into_value();
-        // A default may come from a file, too.
+        // The default is also checked, because it may come from a file.
         let value = given.unwrap_or(&default).clone();
         let value = accept(name, value, T::TYPE, &descriptor)?;
         let entry = Declared { value: value.clone(), default, descriptor };
         let mut declared = self.lock();
         declared.insert(name.to_owned(), entry);
-        self.tell((name.to_owned(), value.clone()));
+        self.notify((name.to_owned(), value.clone()));
         drop(declared);
         T::from_value(&value).ok_or(ParameterError::WrongType {
             name: name.to_owned(),
@@ -240,8 +303,15 @@ impl Parameters {
         })
     }
 
-    /// Fails if an override was meant for this node and names no parameter of it.
-    pub fn refuse_undeclared(&self) -> Result<(), ParameterError> {
+    /// Rejects overrides of undeclared parameters. Call this method after the last declaration.
+    ///
+    /// Overrides from the wildcard sections of parameter files are exempt: they may belong to other
+    /// nodes.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if an override names an undeclared parameter, for example a misspelt one.
+    pub fn reject_undeclared(&self) -> Result<(), ParameterError> {
         let declared = self.lock();
         match self.overrides.own.keys().find(|name| !declared.contains_key(*name)) {
             None => Ok(()),
@@ -252,17 +322,25 @@ impl Parameters {
         }
     }
 
-    /// The present value of a declared parameter.
+    /// Returns the current value of a parameter, or `None` if it is undeclared or has another type.
     pub fn get<T: FromParameter>(&self, name: &str) -> Option<T> {
         T::from_value(&self.lock().get(name)?.value)
     }
 
-    /// Changes a parameter of a running node.
+    /// Sets a parameter of a running node.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the parameter is undeclared or read-only, or if the value is invalid.
     pub fn set(&self, name: &str, value: ParameterValue) -> Result<(), ParameterError> {
         self.set_all([(name, value)])
     }
 
-    /// Changes several parameters of a running node, or none of them.
+    /// Sets several parameters of a running node, or none of them.
+    ///
+    /// # Errors
+    ///
+    /// Same as [`Parameters::set`]. After an error, all parameters keep their values.
     pub fn set_all<'a>(
         &self,
         changes: impl IntoIterator<Item = (&'a str, ParameterValue)>,
@@ -285,38 +363,38 @@ impl Parameters {
                 && entry.value != value
             {
                 entry.value = value.clone();
-                self.tell((name, value));
+                self.notify((name, value));
             }
         }
         Ok(())
     }
 
-    /// What is declared now, and every change from now on. There is one listener.
+    /// Returns a receiver that yields all declared values and then every change. Only the first
+    /// call returns an open receiver; later calls return closed ones.
     pub(crate) fn listen(&self) -> UnboundedReceiver<Change> {
         let (sender, receiver) = unbounded_channel();
         let declared = self.lock();
-        // A second listener would hear nothing.
         if self.listener.set(sender).is_ok() {
             for (name, entry) in declared.iter() {
-                self.tell((name.clone(), entry.value.clone()));
+                self.notify((name.clone(), entry.value.clone()));
             }
         }
         receiver
     }
 
-    fn tell(&self, change: Change) {
+    fn notify(&self, change: Change) {
         if let Some(listener) = self.listener.get() {
-            // Nobody listens any more once the node ends.
+            // Sending fails if the node, and with it the receiver, has been dropped.
             let _ = listener.send(change);
         }
     }
 
-    /// Every parameter with its present value, by name.
+    /// Returns the current values of all declared parameters, by name.
     pub fn values(&self) -> BTreeMap<String, ParameterValue> {
         self.lock().iter().map(|(name, entry)| (name.clone(), entry.value.clone())).collect()
     }
 
-    /// All that is declared, by name.
+    /// Returns the declarations of all parameters, sorted by name.
     pub fn declarations(&self) -> Vec<Declaration> {
         let declaration = |(name, entry): (&String, &Declared)| {
             let Declared { value, default, descriptor } = entry.clone();
@@ -336,7 +414,24 @@ impl Parameters {
     }
 }
 
-/// What a file says about one node; what is special to it wins over what is said to all.
+/// Reads the parameters of one node, such as `/robot1/camera`, from a parameter file. A section for
+/// this node takes precedence over wildcard sections.
+///
+/// # Errors
+///
+/// Returns an error if the file cannot be read or is not a parameter file.
+///
+/// # Examples
+///
+/// ```no_run
+/// use std::path::Path;
+///
+/// use ros_runtime::parameters::read_file_of;
+///
+/// let values = read_file_of(Path::new("config.yaml"), "/camera")?;
+/// println!("rate: {:?}", values.get("rate"));
+/// # Ok::<(), ros_runtime::parameters::ParameterFileError>(())
+/// ```
 pub fn read_file_of(
     path: &Path,
     fully_qualified_name: &str,
@@ -345,7 +440,7 @@ pub fn read_file_of(
     Ok(sections.filter(|s| s.matches(fully_qualified_name)).flat_map(|s| s.parameters).collect())
 }
 
-/// The value as it is stored, if the declaration allows it.
+/// Returns the value, converted to the declared type, if the declaration allows it.
 fn accept(
     name: &str,
     value: ParameterValue,
@@ -372,7 +467,7 @@ fn accept(
         && !(descriptor.choices.is_empty() || descriptor.choices.contains(text))
     {
         let choices = descriptor.choices.clone();
-        return Err(ParameterError::NoSuchChoice { name, value, choices });
+        return Err(ParameterError::UnknownChoice { name, value, choices });
     }
     if let Some(check) = descriptor.check
         && let Err(reason) = check(&value)
@@ -389,20 +484,20 @@ mod tests {
     fn parameters(line: &str) -> Parameters {
         let line = format!("node --ros-args {line}");
         let arguments = Arguments::parse(line.split_whitespace().map(str::to_owned)).unwrap();
-        let naming = Naming::new("agent_node", &arguments.remaps).unwrap();
+        let naming = Naming::new("planner", &arguments.remaps).unwrap();
         Parameters::new(&naming, &arguments).unwrap()
     }
 
     #[test]
-    fn overrides_win_and_the_last_wins_most() {
+    fn the_last_override_of_the_node_wins() {
         let parameters = parameters("-p episodes:=5 -p episodes:=6 -p other_node:episodes:=7");
         assert_eq!(parameters.declare("episodes", 1000, Descriptor::default()), Ok(6));
         assert_eq!(parameters.declare("seed", 3, Descriptor::default()), Ok(3));
-        assert_eq!(parameters.refuse_undeclared(), Ok(()));
+        assert_eq!(parameters.reject_undeclared(), Ok(()));
     }
 
     #[test]
-    fn bad_values_say_what_would_be_right() {
+    fn errors_name_the_value_and_what_is_valid() {
         let parameters =
             parameters("-p episodes:=abc -p seed:=-1 -p preset:=nonsense -p misspelt:=1");
         let message = |result: Result<(), ParameterError>| result.unwrap_err().to_string();
@@ -427,18 +522,42 @@ mod tests {
             &Descriptor::default(),
         );
         assert_eq!(message(infinite.map(drop)), "parameter 'rate' is not a finite number");
-        assert!(message(parameters.refuse_undeclared()).contains("no parameter 'episodes'"));
+        assert!(message(parameters.reject_undeclared()).contains("no parameter 'episodes'"));
     }
 
     #[test]
-    fn an_integer_serves_where_a_double_is_declared_but_not_the_other_way() {
+    fn errors_escape_the_names_and_values_that_they_quote() {
+        let parameters = parameters("");
+        let choices = Descriptor::dynamic("").choices(["paper"]);
+        parameters.declare("preset", "paper".to_owned(), choices).unwrap();
+        let set = |name, text: &str| {
+            let result = parameters.set(name, ParameterValue::String(text.to_owned()));
+            result.unwrap_err().to_string()
+        };
+        assert_eq!(
+            set("preset", "0\ne"),
+            r"parameter 'preset' is the string '0\ne': expected one of paper"
+        );
+        assert_eq!(set("pre\nset", "paper"), r"no parameter 'pre\nset': this node has preset");
+        assert_eq!(
+            ParameterError::ReadOnly("a\nb".to_owned()).to_string(),
+            r"parameter 'a\nb' is read-only: set it when the node starts"
+        );
+        assert_eq!(
+            ParameterError::NotFinite("a\nb".to_owned()).to_string(),
+            r"parameter 'a\nb' is not a finite number"
+        );
+    }
+
+    #[test]
+    fn an_integer_is_converted_to_a_double_but_not_vice_versa() {
         let parameters = parameters("-p rate:=20 -p depth:=1.5");
         assert_eq!(parameters.declare("rate", 0.0, Descriptor::default()), Ok(20.0));
         assert!(parameters.declare("depth", 1, Descriptor::default()).is_err());
     }
 
     #[test]
-    fn read_only_parameters_stay() {
+    fn only_dynamic_parameters_can_be_set() {
         let parameters = parameters("");
         parameters.declare("seed", 0, Descriptor::read_only("")).unwrap();
         parameters.declare("rate", 0.5, Descriptor::dynamic("").range(0.0..=1.0)).unwrap();
@@ -450,7 +569,7 @@ mod tests {
     }
 
     #[test]
-    fn several_are_changed_or_none_and_the_listener_hears_of_changes_only() {
+    fn sets_all_parameters_or_none_and_notifies_only_of_changes() {
         let parameters = parameters("");
         for name in ["rate", "share"] {
             parameters.declare(name, 0.5, Descriptor::dynamic("").range(0.0..=1.0)).unwrap();
@@ -461,26 +580,26 @@ mod tests {
         assert!(parameters.set_all(both(1.5)).is_err());
         assert_eq!(parameters.get("rate"), Some(0.5));
         assert_eq!(parameters.set_all(both(0.5)), Ok(()));
-        let mut heard = Vec::new();
-        while let Ok((name, value)) = listener.try_recv() {
-            heard.push((name, value));
+        let mut received = Vec::new();
+        while let Ok(change) = listener.try_recv() {
+            received.push(change);
         }
         let expected = [("rate", 0.5), ("share", 0.5), ("rate", 0.75)];
-        assert_eq!(heard, expected.map(|(name, value)| (name.to_owned(), double(value))));
+        assert_eq!(received, expected.map(|(name, value)| (name.to_owned(), double(value))));
     }
 
     #[test]
-    fn a_check_of_its_own_refuses_with_its_reason() {
+    fn a_check_rejects_a_value_with_its_reason() {
         let pair = |value: &ParameterValue| match value {
             ParameterValue::DoubleArray(numbers) if numbers.len() != 2 => {
-                Err(format!("{} numbers are no pair", numbers.len()))
+                Err(format!("expected 2 numbers, not {}", numbers.len()))
             }
             _ => Ok(()),
         };
         let descriptor = || Descriptor::dynamic("").check(pair);
-        let refused = parameters("-p place:=[1.0]").declare("place", vec![0.0, 0.0], descriptor());
-        let message = "parameter 'place' is the list [1.0]: 1 numbers are no pair";
-        assert_eq!(refused.unwrap_err().to_string(), message);
+        let result = parameters("-p place:=[1.0]").declare("place", vec![0.0, 0.0], descriptor());
+        let message = "parameter 'place' is the list [1.0]: expected 2 numbers, not 1";
+        assert_eq!(result.unwrap_err().to_string(), message);
 
         let parameters = parameters("");
         parameters.declare("place", vec![0.0, 0.0], descriptor()).unwrap();

@@ -1,7 +1,7 @@
-//! The services that `ros2 param` talks to.
+//! The parameter services of a node, which `ros2 param` calls.
 //!
-//! ros2-client has them in its Spinner only, which also subscribes to `/clock` with a type that is
-//! not ROS's, and it knows no descriptors. These answer from [`Parameters`].
+//! ros2-client provides such services only in its Spinner, which subscribes to `/clock` with the
+//! wrong type and does not support descriptors.
 
 use futures::join;
 use ros_interfaces::{
@@ -16,12 +16,12 @@ use ros_interfaces::{
 };
 
 use super::{ParameterType, ParameterValue, Parameters};
-use crate::{logging::shortened, server::ServiceServer};
+use crate::{escape::escaped, logging::shortened, server::ServiceServer};
 
-/// The maximum length of a reason for a refusal, in bytes.
+/// The maximum length of the reason for a failed request, in bytes.
 const LONGEST_REASON: usize = 2000;
 
-/// The six servers of a node.
+/// The servers for the parameter services of a node.
 pub(crate) struct ParameterServices {
     pub(crate) get: ServiceServer<GetParameters>,
     pub(crate) get_types: ServiceServer<GetParameterTypes>,
@@ -32,7 +32,7 @@ pub(crate) struct ParameterServices {
 }
 
 impl ParameterServices {
-    /// Answers requests until the task is dropped.
+    /// Serves requests until the task is dropped.
     pub(crate) async fn serve(self, parameters: Parameters) {
         let values = |request: get_parameters::Request| {
             let values = request.names.iter().map(|name| message(value(&parameters, name)));
@@ -69,11 +69,11 @@ impl ParameterServices {
 
 async fn serve<S: RosService>(
     server: ServiceServer<S>,
-    answer: impl Fn(S::Request) -> S::Response,
+    respond: impl Fn(S::Request) -> S::Response,
 ) {
     loop {
         let (id, request) = server.next_request().await;
-        server.answer(id, answer(request)).await;
+        server.answer(id, respond(request)).await;
     }
 }
 
@@ -81,12 +81,13 @@ fn value(parameters: &Parameters, name: &str) -> Option<ParameterValue> {
     parameters.entry(name).map(|entry| entry.value)
 }
 
-/// "Not set" is the type 0 with every field empty.
+/// Returns the message for a value, or a message of type "not set" (0) if there is no value.
 fn message(value: Option<ParameterValue>) -> Message {
     value.map_or_else(Message::default, Message::from)
 }
 
-/// As rclcpp: prefixes end at dots, and depth counts the dots below a prefix; 0 is no limit.
+/// Lists parameters as rclcpp does: a prefix ends at a dot, and the depth is the maximum number of
+/// levels below the prefix, where 0 means no limit.
 fn list(parameters: &Parameters, request: &list_parameters::Request) -> list_parameters::Response {
     let within = |name: &str| match request.depth {
         0 => true,
@@ -139,14 +140,14 @@ fn descriptor(parameters: &Parameters, name: &str) -> ParameterDescriptor {
 fn set_atomically(parameters: &Parameters, changes: &[Parameter]) -> SetParametersResult {
     let value = |change: &Parameter| match ParameterValue::from_message(&change.value) {
         Some(value) => Ok((change.name.clone(), value)),
-        None => Err(format!("parameter '{}' cannot be unset", change.name)),
+        None => Err(format!("parameter '{}' cannot be unset", escaped(&change.name))),
     };
     let values: Result<Vec<(String, ParameterValue)>, String> = changes.iter().map(value).collect();
     let result = values.and_then(|values| {
         let changes = values.iter().map(|(name, value)| (name.as_str(), value.clone()));
         parameters.set_all(changes).map_err(|error| error.to_string())
     });
-    // What is refused is quoted, and may be as long as a message.
+    // An error quotes the rejected value, which can be as long as a message.
     SetParametersResult {
         successful: result.is_ok(),
         reason: shortened(result.err().unwrap_or_default(), LONGEST_REASON),

@@ -1,4 +1,4 @@
-//! Values of parameters: their types, their YAML, and their Rust counterparts.
+//! Parameter values: their ROS types, their YAML format and their Rust types.
 
 use std::{fmt, str::FromStr};
 
@@ -6,8 +6,21 @@ use ros_interfaces::rcl_interfaces::{ParameterType as Code, ParameterValue as Me
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// A value of one of ROS's parameter types. In YAML it is what it looks like: `true`, `3`, `0.5`,
-/// `text`, or a list of one of these.
+use crate::escape::escaped;
+
+/// A value of one of the ROS parameter types.
+///
+/// In YAML, the literal determines the type of a value: `true`, `3`, `0.5`, `text`, or a list of
+/// one of these. [`Display`](fmt::Display) describes the value on one line, for error messages.
+///
+/// # Examples
+///
+/// ```
+/// use ros_runtime::parameters::ParameterValue;
+///
+/// assert_eq!(ParameterValue::Integer(3).to_string(), "the integer 3");
+/// assert_eq!(ParameterValue::String("a\nb".to_owned()).to_string(), r"the string 'a\nb'");
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum ParameterValue {
@@ -51,7 +64,7 @@ pub enum ParameterType {
 }
 
 impl ParameterValue {
-    /// The type of this value.
+    /// Returns the type of this value.
     pub fn kind(&self) -> ParameterType {
         match self {
             ParameterValue::Bool(_) => ParameterType::Bool,
@@ -65,17 +78,19 @@ impl ParameterValue {
         }
     }
 
-    /// The same value as the wanted type; the value itself if it has no such form.
+    /// Converts this value to the expected type where YAML is ambiguous: an integer to a double, an
+    /// array of integers to an array of doubles, and an empty array to an array of any type.
     ///
-    /// `3` is a double for a parameter that is declared as one, and `[]` an empty array of any
-    /// type: YAML cannot say which is meant. Nothing else is converted.
-    pub fn converted(self, wanted: ParameterType) -> Result<ParameterValue, ParameterValue> {
+    /// # Errors
+    ///
+    /// Returns the unchanged value if it has another type and cannot be converted.
+    pub fn converted(self, expected: ParameterType) -> Result<ParameterValue, ParameterValue> {
         let empty = match &self {
             ParameterValue::BoolArray(items) => items.is_empty(),
             _ => false,
         };
-        match (self, wanted) {
-            (value, wanted) if value.kind() == wanted => Ok(value),
+        match (self, expected) {
+            (value, expected) if value.kind() == expected => Ok(value),
             (ParameterValue::Integer(number), ParameterType::Double) => {
                 Ok(ParameterValue::Double(number as f64))
             }
@@ -121,7 +136,7 @@ impl fmt::Display for ParameterValue {
             ParameterValue::Bool(value) => write!(f, "{value}"),
             ParameterValue::Integer(value) => write!(f, "the integer {value}"),
             ParameterValue::Double(value) => write!(f, "the number {value}"),
-            ParameterValue::String(value) => write!(f, "the string '{value}'"),
+            ParameterValue::String(value) => write!(f, "the string '{}'", escaped(value)),
             ParameterValue::BoolArray(values) => write!(f, "the list {values:?}"),
             ParameterValue::IntegerArray(values) => write!(f, "the list {values:?}"),
             ParameterValue::DoubleArray(values) => write!(f, "the list {values:?}"),
@@ -130,13 +145,24 @@ impl fmt::Display for ParameterValue {
     }
 }
 
-/// A Rust type that a parameter can have.
+/// A Rust type for a parameter: `bool`, `i64`, `f64`, `String`, or a `Vec` of one of the last
+/// three.
+///
+/// # Examples
+///
+/// ```
+/// use ros_runtime::parameters::{FromParameter, ParameterValue};
+///
+/// let value = ParameterValue::DoubleArray(vec![0.5, 1.0]);
+/// assert_eq!(Vec::<f64>::from_value(&value), Some(vec![0.5, 1.0]));
+/// assert_eq!(i64::from_value(&value), None);
+/// ```
 pub trait FromParameter: Sized {
-    /// The ROS type that it stands for.
+    /// The ROS type.
     const TYPE: ParameterType;
-    /// The value as ROS's.
+    /// Converts a Rust value to a ROS value.
     fn into_value(self) -> ParameterValue;
-    /// The value as Rust's, if it is of this type.
+    /// Converts a ROS value to a Rust value. Returns `None` if it has another type.
     fn from_value(value: &ParameterValue) -> Option<Self>;
 }
 
@@ -162,22 +188,34 @@ from_parameter!(
     Vec<i64> => IntegerArray, Vec<f64> => DoubleArray, Vec<String> => StringArray
 );
 
-/// One `-p` rule: `[node:]name:=value`.
+/// A parameter override, as given with `-p`: `[node:]name:=value`.
+///
+/// # Examples
+///
+/// ```
+/// use ros_runtime::parameters::{Override, ParameterValue};
+///
+/// let rule: Override = "camera:rate:=20.0".parse()?;
+/// assert_eq!((rule.node.as_deref(), rule.name.as_str()), (Some("camera"), "rate"));
+/// assert_eq!(rule.value, ParameterValue::Double(20.0));
+/// # Ok::<(), ros_runtime::parameters::OverrideError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Override {
-    /// The node that it is for; every node if there is none.
+    /// The name of the node to which the override applies; `None` for every node.
     pub node: Option<String>,
-    /// The parameter.
+    /// The name of the parameter.
     pub name: String,
-    /// Its value.
+    /// The value.
     pub value: ParameterValue,
 }
 
-/// Why a text is not a parameter override.
+/// The error returned for an invalid parameter override.
 #[derive(Debug, Error, PartialEq)]
 #[error(
-    "couldn't parse the parameter override '{0}': expected 'name:=value' or 'node:name:=value' \
-     with a value in YAML, such as 3, 0.5, true, text or [1.0, 2.0]"
+    "couldn't parse the parameter override '{}': expected 'name:=value' or 'node:name:=value' \
+     with a value in YAML, such as 3, 0.5, true, text or [1.0, 2.0]",
+    escaped(.0)
 )]
 pub struct OverrideError(String);
 
@@ -194,7 +232,7 @@ impl FromStr for Override {
         if name.is_empty() || node.as_ref().is_some_and(String::is_empty) {
             return Err(error());
         }
-        // An empty value is the empty string: `-p scenario:=` would else be a YAML null.
+        // `-p name:=` sets an empty string; in YAML, an empty value would be null.
         let value = match value {
             "" => ParameterValue::String(String::new()),
             yaml => serde_saphyr::from_str(yaml).map_err(|_| error())?,
@@ -220,7 +258,7 @@ impl From<ParameterValue> for Message {
     }
 }
 
-/// As ros2-client's node takes it for `/parameter_events`.
+/// Converts to the value that ros2-client's node publishes on `/parameter_events`.
 impl From<ParameterValue> for ros2_client::ParameterValue {
     fn from(value: ParameterValue) -> ros2_client::ParameterValue {
         use ros2_client::ParameterValue as Event;
@@ -238,7 +276,7 @@ impl From<ParameterValue> for ros2_client::ParameterValue {
 }
 
 impl ParameterType {
-    /// The constant of rcl_interfaces/ParameterType.
+    /// Returns the corresponding constant of `rcl_interfaces/ParameterType`.
     pub(super) fn code(self) -> u8 {
         match self {
             ParameterType::Bool => Code::PARAMETER_BOOL,
@@ -254,7 +292,8 @@ impl ParameterType {
 }
 
 impl ParameterValue {
-    /// The value of a message; `None` for "not set" and for byte arrays, which are not supported.
+    /// Returns the value in a message, or `None` for "not set" and for byte arrays, which are not
+    /// supported.
     pub fn from_message(message: &Message) -> Option<ParameterValue> {
         Some(match message.r#type {
             Code::PARAMETER_BOOL => ParameterValue::Bool(message.bool_value),
@@ -287,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_is_what_it_looks_like() {
+    fn the_literal_of_a_value_determines_its_type() {
         assert_eq!(value("a:=true"), ParameterValue::Bool(true));
         assert_eq!(value("a:=3"), ParameterValue::Integer(3));
         assert_eq!(value("a:=-0.5"), ParameterValue::Double(-0.5));
@@ -302,10 +341,33 @@ mod tests {
     }
 
     #[test]
-    fn values_survive_the_wire() {
+    fn converts_values_to_messages_and_back() {
         for rule in ["a:=true", "a:=3", "a:=0.5", "a:=x", "a:=[1]", "a:=[1.5]", "a:=[x]"] {
             let message = Message::from(value(rule));
             assert_eq!(ParameterValue::from_message(&message), Some(value(rule)));
         }
+    }
+
+    #[test]
+    fn describes_values_on_one_line() {
+        let texts = vec!["a\nb".to_owned(), "c".to_owned()];
+        for (value, expected) in [
+            (ParameterValue::Bool(true), "true"),
+            (ParameterValue::Double(0.5), "the number 0.5"),
+            (ParameterValue::String("it's größer".into()), "the string 'it's größer'"),
+            (ParameterValue::String("0\ne\r\n\u{1b}".into()), r"the string '0\ne\r\n\u{1b}'"),
+            (ParameterValue::StringArray(texts), r#"the list ["a\nb", "c"]"#),
+        ] {
+            assert_eq!(value.to_string(), expected);
+        }
+    }
+
+    #[test]
+    fn errors_escape_the_override_that_they_quote() {
+        let error = "a\nb".parse::<Override>().unwrap_err().to_string();
+        let expected = "couldn't parse the parameter override 'a\\nb': expected 'name:=value' or \
+                        'node:name:=value' with a value in YAML, such as 3, 0.5, true, text or \
+                        [1.0, 2.0]";
+        assert_eq!(error, expected);
     }
 }

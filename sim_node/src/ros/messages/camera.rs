@@ -1,4 +1,4 @@
-//! What the camera sees, and how it sees it.
+//! Camera images and camera info.
 
 use ros_interfaces::{
     builtin_interfaces::Time,
@@ -15,7 +15,7 @@ use crate::{
     world::World,
 };
 
-/// What the camera sees of a world as sensor_msgs/Image: 20 x 7, rgb8, 60 bytes a row.
+/// Renders the current image as a sensor_msgs/Image message: 20 x 7, `rgb8`, 60 bytes per row.
 pub(crate) fn image(camera: &Camera, world: &World, stamp: Time) -> Image {
     let mut data = vec![0; Frame::LENGTH];
     if let Ok(bytes) = data.as_mut_slice().try_into() {
@@ -32,7 +32,9 @@ pub(crate) fn image(camera: &Camera, world: &World, stamp: Time) -> Image {
     }
 }
 
-/// How every image is projected. The rectified image would have the same focal length and middle.
+/// Returns the intrinsics of the camera, which are the same for every image.
+///
+/// The projection matrix `p` has the same focal length and principal point as `k`.
 pub(crate) fn camera_info(stamp: Time) -> CameraInfo {
     const F: f64 = FOCAL_LENGTH;
     let [x, y] = PRINCIPAL_POINT;
@@ -45,7 +47,7 @@ pub(crate) fn camera_info(stamp: Time) -> CameraInfo {
         k: [F, 0.0, x, 0.0, F, y, 0.0, 0.0, 1.0],
         r: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
         p: [F, 0.0, x, 0.0, 0.0, F, y, 0.0, 0.0, 0.0, 1.0, 0.0],
-        // No binning, and the whole of the sensor.
+        // No binning and no region of interest.
         binning_x: 0,
         binning_y: 0,
         roi: RegionOfInterest::default(),

@@ -1,4 +1,4 @@
-//! Where things are: the frames of tf, odometry and the path.
+//! Coordinate frames, odometry and path.
 
 use nalgebra::{Isometry2, UnitQuaternion, Vector3 as Vector};
 use ros_interfaces::{
@@ -12,20 +12,20 @@ use ros_interfaces::{
 };
 
 use super::{BASE, CAMERA, ODOM, OPTICAL, header, stamp};
-use crate::{camera::CameraSettings, ros::session::Visit};
+use crate::{camera::CameraSettings, ros::session::StampedPose};
 
-/// Where the robot is: odom -> base_link.
+/// Returns the transform odom -> base_link for the robot's pose.
 pub(crate) fn robot(robot: &Isometry2<f64>, stamp: Time) -> TFMessage {
     let Pose { position: Point { x, y, z }, orientation } = pose(robot, 0.0);
     let translation = Vector3 { x, y, z };
     TFMessage { transforms: vec![child(ODOM, BASE, translation, orientation, stamp)] }
 }
 
-/// Where the camera is on the robot: base_link -> camera_link -> camera_optical_frame.
+/// Returns the static transforms base_link -> camera_link -> camera_optical_frame.
 pub(crate) fn mount(settings: &CameraSettings, stamp: Time) -> TFMessage {
     let &CameraSettings { forward, left, height, pitch } = settings;
     let pitched = UnitQuaternion::from_axis_angle(&Vector::y_axis(), pitch);
-    // The optical z is the camera's x, the optical x its -y, and the optical y its -z.
+    // The optical axes x, y and z are -y, -z and x of camera_link.
     let optical = Quaternion { x: -0.5, y: 0.5, z: -0.5, w: 0.5 };
     TFMessage {
         transforms: vec![
@@ -41,10 +41,10 @@ pub(crate) fn mount(settings: &CameraSettings, stamp: Time) -> TFMessage {
     }
 }
 
-/// The robot's pose, without error.
+/// Returns the true pose of the robot as odometry.
 ///
-/// The twist is zero: the robot jumps from pose to pose as a chess piece does, and stands still
-/// whenever it is looked at. A speed would be that of a movement that nobody simulates.
+/// The covariance is zero because the pose is exact. The twist is zero because the robot changes
+/// its pose instantaneously and is at rest at every stamp.
 pub(crate) fn odometry(robot: &Isometry2<f64>, stamp: Time) -> Odometry {
     Odometry {
         header: header(ODOM, stamp),
@@ -54,16 +54,17 @@ pub(crate) fn odometry(robot: &Isometry2<f64>, stamp: Time) -> Odometry {
     }
 }
 
-/// The poses of an episode: the one it began with, and that after each step, a blocked one included.
-pub(crate) fn path(visits: &[Visit], now: Time) -> Path {
-    let poses = visits.iter().map(|visit| PoseStamped {
-        header: header(ODOM, stamp(visit.time)),
-        pose: pose(&visit.pose, 0.0),
+/// Returns the path of an episode: the start pose and the pose after each step, including blocked
+/// steps.
+pub(crate) fn path(poses: &[StampedPose], now: Time) -> Path {
+    let poses = poses.iter().map(|stamped| PoseStamped {
+        header: header(ODOM, stamp(stamped.time)),
+        pose: pose(&stamped.pose, 0.0),
     });
     Path { header: header(ODOM, now), poses: poses.collect() }
 }
 
-/// A pose in the ground plan, lifted to a height.
+/// Converts a pose in the ground plan to a pose at this height, in metres.
 pub(super) fn pose(plan: &Isometry2<f64>, height: f64) -> Pose {
     let yaw = UnitQuaternion::from_axis_angle(&Vector::z_axis(), plan.rotation.angle());
     Pose {

@@ -1,4 +1,4 @@
-//! The world's words as ROS messages.
+//! Conversion of the world to ROS messages.
 
 mod camera;
 mod frames;
@@ -12,25 +12,25 @@ pub(super) use camera::{camera_info, image};
 pub(super) use frames::{mount, odometry, path, robot};
 pub(super) use scene::scene;
 
-/// The room: its origin is the middle of the floor. Nobody needs a frame `map` above it, because this
-/// robot's odometry does not drift.
+/// The frame of the room; its origin is the centre of the floor. There is no frame `map`, because
+/// the odometry does not drift.
 const ODOM: &str = "odom";
-/// The robot: the middle of its footprint, on the floor.
+/// The frame of the robot; its origin is the centre of the footprint, on the floor.
 const BASE: &str = "base_link";
-/// The camera, as the body of the robot counts its axes: x ahead, y left, z up.
+/// The frame of the camera with body axes (REP-103): x forward, y left, z up.
 const CAMERA: &str = "camera_link";
-/// The camera, as images count theirs (REP-103): z ahead, x right, y down.
+/// The frame of the camera with optical axes (REP-103): z forward, x right, y down.
 const OPTICAL: &str = "camera_optical_frame";
 
-/// The time of the simulation as a stamp.
+/// Converts simulated time in nanoseconds to a stamp.
 pub(super) fn stamp(nanoseconds: u64) -> Time {
     const SECOND: u64 = 1_000_000_000;
-    // builtin_interfaces/Time ends after 68 years.
+    // builtin_interfaces/Time overflows after 68 years.
     let sec = i32::try_from(nanoseconds / SECOND).unwrap_or(i32::MAX);
     Time { sec, nanosec: (nanoseconds % SECOND) as u32 }
 }
 
-/// A stamp as nanoseconds; one before the start is the start.
+/// Converts a stamp to nanoseconds; negative seconds count as 0.
 pub(super) fn nanoseconds(stamp: Time) -> u64 {
     u64::try_from(stamp.sec).unwrap_or(0) * 1_000_000_000 + u64::from(stamp.nanosec)
 }

@@ -1,4 +1,4 @@
-//! The room as RViz draws it.
+//! Visualization markers that show the room in RViz.
 
 use nalgebra::{Isometry2, Point2, Translation2};
 use ros_interfaces::{
@@ -18,50 +18,50 @@ use crate::{
     },
 };
 
-/// The room's walls have no outer side; those of the drawing do.
+/// Thickness of the drawn walls in metres. In the world, walls have no outer side.
 const WALL_THICKNESS: f64 = 0.05;
-/// The floor ends at height 0.
+/// Thickness of the drawn floor in metres. Its top is at height 0.
 const FLOOR_THICKNESS: f64 = 0.01;
-/// The walls let one look into the room from outside.
+/// Opacity of the walls, low enough for the room to be visible from outside.
 const WALL_OPACITY: f32 = 0.3;
-/// The world's robot has no height and no colour: nothing sees it.
+/// Height of the drawn robot in metres. In the world, the robot has neither height nor colour.
 const ROBOT_HEIGHT: f64 = 0.1;
-/// Like nothing else in the room.
+/// Colour of the robot, unlike any other in the room.
 const ROBOT: Colour = [1.0, 0.8, 0.0];
-/// The arrow that shows where the robot is heading, on top of it.
+/// Size of the arrow that shows the heading, on top of the robot, in metres.
 const HEADING: Vector3 = Vector3 { x: 0.2, y: 0.03, z: 0.03 };
 
-/// Everything in the room; what an earlier scene had besides vanishes.
+/// Returns markers for everything in the room. The first marker deletes those of earlier scenes.
 ///
 /// | namespace | markers |
 /// |---|---|
 /// | `room` | the floor, then the four walls counter-clockwise from +x |
 /// | `exit` | the exit |
 /// | `obstacles` | the cylinders, or the concave wall |
-/// | `robot` | the robot, then the arrow of its heading |
+/// | `robot` | the robot, then the arrow that shows its heading |
 pub(crate) fn scene(world: &World, stamp: Time) -> MarkerArray {
-    let pen = Pen { header: header(ODOM, stamp) };
+    let builder = MarkerBuilder { header: header(ODOM, stamp) };
     let clear =
-        Marker { action: Marker::DELETEALL, header: pen.header.clone(), ..Marker::default() };
+        Marker { action: Marker::DELETEALL, header: builder.header.clone(), ..Marker::default() };
     let mut markers = vec![clear];
-    markers.extend(pen.room());
-    markers.push(pen.cuboid("exit", &world.exit().pose(), EXIT, light::EXIT));
+    markers.extend(builder.room());
+    markers.push(builder.cuboid("exit", &world.exit().pose(), EXIT, light::EXIT));
     let size = [2.0 * CYLINDER_RADIUS, 2.0 * CYLINDER_RADIUS, CYLINDER_HEIGHT];
     for cylinder in world.cylinders() {
-        let marker = pen.cuboid("obstacles", cylinder.pose(), size, light::OBSTACLE);
+        let marker = builder.cuboid("obstacles", cylinder.pose(), size, light::OBSTACLE);
         markers.push(Marker { r#type: Marker::CYLINDER, ..marker });
     }
-    markers.extend(world.concave_wall().map(|wall| pen.concave_wall(wall)));
-    markers.extend(pen.robot(world.robot()));
-    number(&mut markers[1..]);
+    markers.extend(world.concave_wall().map(|wall| builder.concave_wall(wall)));
+    markers.extend(builder.robot(world.robot()));
+    assign_ids(&mut markers[1..]);
     MarkerArray { markers }
 }
 
-/// The sides of the exit, in its own frame.
+/// Size of the exit in its own frame, in metres.
 const EXIT: [f64; 3] = [EXIT_DEPTH, EXIT_WIDTH, EXIT_HEIGHT];
 
-/// Counts the markers of each namespace, which stand together.
-fn number(markers: &mut [Marker]) {
+/// Numbers the markers of each namespace from 0. Markers of a namespace must be adjacent.
+fn assign_ids(markers: &mut [Marker]) {
     for namespace in markers.chunk_by_mut(|first, second| first.ns == second.ns) {
         for (id, marker) in (0..).zip(namespace) {
             marker.id = id;
@@ -69,12 +69,12 @@ fn number(markers: &mut [Marker]) {
     }
 }
 
-/// What draws the markers of one scene.
-struct Pen {
+/// Creates the markers of one scene.
+struct MarkerBuilder {
     header: Header,
 }
 
-impl Pen {
+impl MarkerBuilder {
     fn marker(&self, namespace: &str, kind: i32, pose: Pose, scale: Vector3, c: Colour) -> Marker {
         let [r, g, b] = c.map(|channel| channel as f32);
         Marker {
@@ -89,7 +89,8 @@ impl Pen {
         }
     }
 
-    /// A box that stands on the floor, centred on a pose of the ground plan.
+    /// Returns a box that stands on the floor, centred on a pose in the ground plan. `size` is in
+    /// metres.
     fn cuboid(&self, namespace: &str, plan: &Isometry2<f64>, size: [f64; 3], c: Colour) -> Marker {
         let [x, y, z] = size;
         self.marker(namespace, Marker::CUBE, pose(plan, z / 2.0), Vector3 { x, y, z }, c)
@@ -104,7 +105,7 @@ impl Pen {
         );
         floor.pose.position.z = -FLOOR_THICKNESS / 2.0;
         let walls = Wall::ALL.map(|wall| {
-            // Two walls fill the corners, so that none is filled twice.
+            // The walls towards ±x include the corners, so no two walls overlap.
             let length = match wall {
                 Wall::PositiveX | Wall::NegativeX => ROOM_SIDE + 2.0 * WALL_THICKNESS,
                 Wall::PositiveY | Wall::NegativeY => ROOM_SIDE,
@@ -135,26 +136,26 @@ impl Pen {
     }
 }
 
-/// The sides and the top of the concave wall, in the frame of the room: three corners for each
-/// triangle, counter-clockwise as seen from outside.
+/// Returns the sides and the top of the concave wall as triangles in the frame of the room: three
+/// corners each, counter-clockwise as seen from outside.
 fn triangles(wall: &ConcaveWall) -> Vec<Point> {
     let outline = wall.outline();
     let last = outline.len() - 1;
-    // The outline is clockwise: on the way from a corner to the next, outside is to the left.
+    // The outline is clockwise, so the outside is on the left of each edge.
     let sides = (0..=last).flat_map(|corner| {
         let (from, to) = (&outline[corner], &outline[(corner + 1) % outline.len()]);
         let top = CONCAVE_WALL_HEIGHT;
-        quadrangle([at(to, 0.0), at(from, 0.0), at(from, top), at(to, top)])
+        quadrilateral([at(to, 0.0), at(from, 0.0), at(from, top), at(to, top)])
     });
     let pieces = (0..outline.len() / 2 - 1).flat_map(|piece| {
         let corners = [piece + 1, piece, last - piece, last - piece - 1];
-        quadrangle(corners.map(|corner| at(&outline[corner], CONCAVE_WALL_HEIGHT)))
+        quadrilateral(corners.map(|corner| at(&outline[corner], CONCAVE_WALL_HEIGHT)))
     });
     sides.chain(pieces).collect()
 }
 
-/// The two triangles of a quadrangle.
-fn quadrangle([a, b, c, d]: [Point; 4]) -> [Point; 6] {
+/// Returns the two triangles of a quadrilateral.
+fn quadrilateral([a, b, c, d]: [Point; 4]) -> [Point; 6] {
     [a, b, c, a, c, d]
 }
 

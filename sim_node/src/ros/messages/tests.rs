@@ -1,4 +1,4 @@
-//! The messages say of the world what the world and the camera say of themselves.
+//! Compares the messages with the world and the camera.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -15,19 +15,19 @@ use task::Scenario;
 use super::*;
 use crate::{
     camera::{Camera, CameraSettings, WIDTH, equidistant::DISTORTION, lens},
-    ros::session::Visit,
+    ros::session::StampedPose,
     world::{Layout, World, WorldSettings},
 };
 
 const NOW: Time = Time { sec: 3, nanosec: 500_000_000 };
 
-/// A world in which these parts are fixed, as the parameters have them.
+/// Returns a world with a fixed layout, in the format of the parameters `fixed_*`.
 fn fixed_world(scenario: Scenario, exit: &[f64], cylinders: &[f64], robot: &[f64]) -> World {
     let layout = Layout::from_lists(exit, cylinders, robot).unwrap();
     World::new(WorldSettings { layout, ..WorldSettings::default() }, scenario, 0).unwrap()
 }
 
-/// A rotation, which must have the length 1 already.
+/// Converts a quaternion and asserts that its length is 1.
 fn rotation(quaternion: &Quaternion) -> UnitQuaternion<f64> {
     let &Quaternion { x, y, z, w } = quaternion;
     let parts = Parts::new(w, x, y, z);
@@ -50,18 +50,18 @@ fn of_transform(message: &TransformStamped) -> Isometry3<f64> {
 }
 
 fn assert_close(actual: Vector3<f64>, expected: Vector3<f64>) {
-    assert!((actual - expected).norm() < 1e-14, "{actual} is not {expected}");
+    assert!((actual - expected).norm() < 1e-14, "{actual}, expected {expected}");
 }
 
 #[test]
-fn stamps_are_seconds_and_the_rest() {
+fn a_stamp_splits_nanoseconds_and_saturates() {
     assert_eq!(stamp(3_500_000_000), NOW);
     assert_eq!(stamp(0), Time::default());
     assert_eq!(stamp(u64::MAX).sec, i32::MAX);
 }
 
 #[test]
-fn the_frames_are_one_chain_from_the_room_to_the_image() {
+fn the_frames_form_a_chain_from_odom_to_the_optical_frame() {
     let robot = robot(&Isometry2::new(Vector2::new(0.5, -0.25), 1.0), NOW);
     let mount = mount(&CameraSettings::default(), NOW);
     let links: Vec<(&str, &str)> = robot
@@ -82,10 +82,10 @@ fn the_frames_are_one_chain_from_the_room_to_the_image() {
     assert!(stamps.into_iter().all(|stamp| stamp == NOW));
 }
 
-/// What a pixel looks at, in the optical frame and taken through tf, is the ray that the renderer
-/// casts for it, and it begins where the renderer's eye is.
+/// The direction of each pixel in the optical frame, transformed by tf, must be the ray that the
+/// renderer casts for it; the origin of the frame must be the renderer's eye.
 #[test]
-fn the_optical_frame_is_the_renderers_eye() {
+fn the_optical_frame_matches_the_eye_of_the_renderer() {
     let tilted = CameraSettings { forward: 0.05, left: -0.07, height: 0.2, pitch: 0.4 };
     let up = CameraSettings { pitch: -FRAC_PI_2, ..CameraSettings::default() };
     for settings in [CameraSettings::default(), tilted, up] {
@@ -106,7 +106,7 @@ fn the_optical_frame_is_the_renderers_eye() {
                 let cast = (eye.rotation * ray.direction.xy()).push(ray.direction.z);
                 assert_close(optical.rotation * direction, cast);
             }
-            // The axis, worked out by hand.
+            // The optical axis, calculated by hand.
             let (sine, cosine) = settings.pitch.sin_cos();
             let axis = (eye.rotation * Vector2::new(cosine, 0.0)).push(-sine);
             assert_close(optical.rotation * Vector3::z(), axis);
@@ -115,7 +115,7 @@ fn the_optical_frame_is_the_renderers_eye() {
 }
 
 #[test]
-fn odometry_is_the_robots_pose_and_says_that_it_is_exact() {
+fn odometry_is_the_true_pose_with_zero_covariance() {
     let pose = Isometry2::new(Vector2::new(0.5, -0.25), 2.5);
     let message = odometry(&pose, NOW);
     assert_eq!(message.header, Header { stamp: NOW, frame_id: "odom".to_owned() });
@@ -129,10 +129,10 @@ fn odometry_is_the_robots_pose_and_says_that_it_is_exact() {
 }
 
 #[test]
-fn a_path_has_the_time_and_place_of_every_visit() {
-    let visits = [(500_000_000, 0.1), (1_000_000_000, 0.2)]
-        .map(|(time, x)| Visit { time, pose: Isometry2::translation(x, 0.0) });
-    let message = path(&visits, NOW);
+fn a_path_has_the_stamp_and_position_of_every_pose() {
+    let poses = [(500_000_000, 0.1), (1_000_000_000, 0.2)]
+        .map(|(time, x)| StampedPose { time, pose: Isometry2::translation(x, 0.0) });
+    let message = path(&poses, NOW);
     assert_eq!(message.header, Header { stamp: NOW, frame_id: "odom".to_owned() });
     let found: Vec<(Header, f64)> =
         message.poses.into_iter().map(|pose| (pose.header, pose.pose.position.x)).collect();
@@ -142,7 +142,7 @@ fn a_path_has_the_time_and_place_of_every_visit() {
 }
 
 #[test]
-fn camera_info_goes_with_its_image() {
+fn camera_info_matches_its_image() {
     let world = fixed_world(Scenario::Empty, &[], &[], &[]);
     let camera = Camera::new(CameraSettings::default()).unwrap();
     let (image, info) = (image(&camera, &world, NOW), camera_info(NOW));
@@ -155,12 +155,12 @@ fn camera_info_goes_with_its_image() {
     assert_eq!(info.p, [5.0, 0.0, 9.5, 0.0, 0.0, 5.0, 3.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
 }
 
-/// The markers of a namespace.
+/// Returns the markers of a namespace.
 fn of<'scene>(scene: &'scene MarkerArray, namespace: &str) -> Vec<&'scene Marker> {
     scene.markers[1..].iter().filter(|marker| marker.ns == namespace).collect()
 }
 
-/// The corners of a box with the least and the greatest coordinates.
+/// Returns the corners of a box with the smallest and the largest coordinates.
 fn extent(marker: &Marker) -> [[f64; 3]; 2] {
     assert_eq!(marker.r#type, Marker::CUBE);
     let pose = of_pose(&marker.pose);
@@ -171,17 +171,17 @@ fn extent(marker: &Marker) -> [[f64; 3]; 2] {
 }
 
 #[test]
-fn every_scene_begins_by_clearing_and_has_a_name_for_each_marker() {
+fn a_scene_deletes_earlier_markers_and_has_unique_marker_ids() {
     for scenario in Scenario::ALL {
         let scene = scene(&fixed_world(scenario, &[], &[], &[]), NOW);
         assert_eq!(scene.markers[0].action, Marker::DELETEALL);
-        let mut names: Vec<(&str, i32)> =
+        let mut ids: Vec<(&str, i32)> =
             scene.markers[1..].iter().map(|marker| (marker.ns.as_str(), marker.id)).collect();
-        names.sort();
-        let count = names.len();
-        names.dedup();
-        assert_eq!(names.len(), count, "{scenario}: a name is used twice");
-        let obstacles = scenario.cylinders() + usize::from(scenario.concave());
+        ids.sort();
+        let count = ids.len();
+        ids.dedup();
+        assert_eq!(ids.len(), count, "{scenario}: duplicate marker id");
+        let obstacles = scenario.cylinders() + usize::from(scenario.has_concave_wall());
         assert_eq!(of(&scene, "obstacles").len(), obstacles, "{scenario}");
         assert_eq!(count, 5 + 1 + obstacles + 2, "{scenario}");
         for marker in &scene.markers {
@@ -192,7 +192,7 @@ fn every_scene_begins_by_clearing_and_has_a_name_for_each_marker() {
 }
 
 #[test]
-fn the_room_is_a_floor_and_four_walls_around_it() {
+fn the_room_is_a_floor_surrounded_by_four_walls() {
     let scene = scene(&fixed_world(Scenario::Empty, &[], &[], &[]), NOW);
     let room = of(&scene, "room");
     let extents: Vec<[[f64; 3]; 2]> = room.iter().map(|marker| extent(marker)).collect();
@@ -212,7 +212,7 @@ fn the_room_is_a_floor_and_four_walls_around_it() {
 }
 
 #[test]
-fn exit_robot_and_cylinders_are_where_they_are() {
+fn markers_have_the_poses_of_exit_robot_and_cylinders() {
     let cylinders = [0.5, 0.5, -0.5, 0.5];
     let robot = [0.25, -0.5, FRAC_PI_2];
     let scene = scene(&fixed_world(Scenario::TwoCylinders, &[1.0, 0.5], &cylinders, &robot), NOW);
@@ -226,15 +226,15 @@ fn exit_robot_and_cylinders_are_where_they_are() {
         assert_eq!((marker.scale.x, marker.scale.y, marker.scale.z), (0.3048, 0.3048, 0.3));
         assert_eq!([marker.color.r, marker.color.g, marker.color.b], [1.0, 0.0, 0.0]);
     }
-    let [body, heading] = of(&scene, "robot")[..] else { panic!("a body and an arrow") };
+    let [body, heading] = of(&scene, "robot")[..] else { panic!("expected a body and an arrow") };
     assert_eq!(extent(body), [[0.175, -0.575, 0.0], [0.325, -0.425, 0.1]]);
     assert_eq!(heading.r#type, Marker::ARROW);
     assert_close(of_pose(&heading.pose) * Vector3::x(), Vector3::y());
 }
 
-/// The triangles close the wall all around and above: with the floor they hold as much as the wall.
+/// Together with the floor, the triangles must enclose the volume of the wall.
 #[test]
-fn the_concave_wall_is_drawn_as_a_solid() {
+fn the_concave_wall_is_drawn_as_a_closed_solid() {
     let world = fixed_world(Scenario::Concave, &[], &[], &[]);
     let scene = scene(&world, NOW);
     let wall = of(&scene, "obstacles")[0];
@@ -246,7 +246,8 @@ fn the_concave_wall_is_drawn_as_a_solid() {
         wall.points.iter().map(|point| Vector3::new(point.x, point.y, point.z)).collect();
     let (triangles, rest) = corners.as_chunks::<3>();
     assert!(rest.is_empty());
-    // Six times the tetrahedron over each triangle from the origin, which is on the floor.
+    // Each triangle and the origin, which is on the floor, span a tetrahedron. The triple product
+    // is six times its volume.
     let volume = triangles.iter().map(|[a, b, c]| a.cross(b).dot(c)).sum::<f64>() / 6.0;
     let top = triangles.iter().filter(|corners| corners.iter().all(|corner| corner.z == 0.25));
     let area = top.map(|[a, b, c]| (b - a).cross(&(c - a)).z).sum::<f64>() / 2.0;
@@ -254,10 +255,10 @@ fn the_concave_wall_is_drawn_as_a_solid() {
     let plan = (0..outline.len())
         .map(|corner| {
             let (from, to) = (outline[corner], outline[(corner + 1) % outline.len()]);
-            // Clockwise.
+            // The outline is clockwise.
             to.coords.perp(&from.coords) / 2.0
         })
         .sum::<f64>();
-    assert!((area - plan).abs() < 1e-12, "{area} m2 of {plan}");
-    assert!((volume - plan * 0.25).abs() < 1e-12, "{volume} m3 of {}", plan * 0.25);
+    assert!((area - plan).abs() < 1e-12, "area {area} m2, expected {plan}");
+    assert!((volume - plan * 0.25).abs() < 1e-12, "volume {volume} m3, expected {}", plan * 0.25);
 }

@@ -1,4 +1,4 @@
-//! Which resets were answered, and how, so that one that is asked for again resets nothing.
+//! Stores the response to the latest reset, so that a retry does not reset the environment again.
 
 use std::{collections::VecDeque, num::NonZeroU32};
 
@@ -6,43 +6,46 @@ use evac_msgs::reset;
 
 use super::ClientId;
 
-/// The maximum number of clients whose latest reset is stored; the oldest is dropped first.
-pub(super) const NUMBERINGS: usize = 64;
+/// Maximum number of senders whose latest request number is stored. The sender whose latest reset
+/// is oldest is dropped first.
+pub(super) const MAX_SENDERS: usize = 64;
 
-/// Who has numbered resets, and the latest number of each.
+/// The latest request number of each sender, and the response to the latest reset.
 #[derive(Clone, Default)]
 pub(super) struct ResetLedger {
-    numberings: VecDeque<(Numbering, u64)>,
+    senders: VecDeque<(Sender, u64)>,
     latest: Option<LatestReset>,
 }
 
-/// Whose numbers those of a reset are.
+/// The sender of a reset, which assigns the request numbers.
 #[derive(Clone, Copy, PartialEq)]
-enum Numbering {
-    /// Small numbers are the client's own.
+enum Sender {
+    /// A DDS client; its request numbers are below 2^32.
     Client(ClientId),
-    /// A program draws the upper half of its numbers. It may have to ask again by a new client, and is
-    /// still the same to the room.
-    Drawn(NonZeroU32),
+    /// A program, identified by the upper 32 bits of its request numbers, which it draws at random.
+    /// It may retry through another client.
+    Program(NonZeroU32),
 }
 
 #[derive(Clone)]
 struct LatestReset {
-    numbering: Numbering,
+    sender: Sender,
     request: reset::Request,
     response: reset::Response,
 }
 
 impl ResetLedger {
-    /// How many clients are remembered.
+    /// Returns the number of stored senders.
     #[cfg(test)]
     pub(super) fn len(&self) -> usize {
-        self.numberings.len()
+        self.senders.len()
     }
 
-    /// The stored answer to a reset that was executed before, or why it cannot be given; none to one
-    /// that is new. `steps` is how many the episode has taken.
-    pub(super) fn answered(
+    /// Returns the stored response if the request is a retry of the latest reset, an error message
+    /// if it is superseded or out of order, and `None` if it is new.
+    ///
+    /// `steps` is the number of steps executed in the current episode.
+    pub(super) fn stored_response(
         &self,
         client: ClientId,
         request: &reset::Request,
@@ -51,29 +54,28 @@ impl ResetLedger {
         if request.request == 0 {
             return None;
         }
-        let numbering = Numbering::of(client, request.request);
+        let sender = Sender::new(client, request.request);
         if let Some(latest) = &self.latest {
-            // By hand each call is a client of its own: there the whole request must be the same, and
-            // nothing have happened since.
-            let same_number =
-                latest.numbering == numbering && latest.request.request == request.request;
-            let by_hand = latest.request == *request && steps == 0;
-            if same_number || by_hand {
+            let same_number = latest.sender == sender && latest.request.request == request.request;
+            // Command-line tools create a client for each call. An identical request from another
+            // client therefore counts as a retry until the episode has its first step.
+            let is_manual_retry = latest.request == *request && steps == 0;
+            if same_number || is_manual_retry {
                 return Some(Ok(latest.response.clone()));
             }
         }
-        let (_, latest) = self.numberings.iter().find(|(known, _)| *known == numbering)?;
+        let (_, latest) = self.senders.iter().find(|(known, _)| *known == sender)?;
         let number = request.request;
         (number <= *latest).then(|| {
             Err(match number == *latest {
-                true => format!("another client has reset the room since your request {number}"),
-                false => format!("request {number} is older than your latest, {latest}"),
+                true => format!("request {number} was superseded by a reset from another client"),
+                false => format!("request {number} is out of order: the latest is {latest}"),
             })
         })
     }
 
-    /// Notes what was answered to a reset that was executed.
-    pub(super) fn note(
+    /// Stores the response to an executed reset.
+    pub(super) fn store(
         &mut self,
         client: ClientId,
         request: &reset::Request,
@@ -81,25 +83,26 @@ impl ResetLedger {
     ) {
         self.latest = None;
         if request.request != 0 {
-            let numbering = Numbering::of(client, request.request);
-            self.numberings.retain(|(known, _)| *known != numbering);
-            self.numberings.push_back((numbering, request.request));
-            if self.numberings.len() > NUMBERINGS {
-                self.numberings.pop_front();
+            let sender = Sender::new(client, request.request);
+            self.senders.retain(|(known, _)| *known != sender);
+            self.senders.push_back((sender, request.request));
+            if self.senders.len() > MAX_SENDERS {
+                self.senders.pop_front();
             }
             let (request, response) = (request.clone(), response.clone());
-            self.latest = Some(LatestReset { numbering, request, response });
+            self.latest = Some(LatestReset { sender, request, response });
         }
     }
 }
 
-impl Numbering {
-    fn of(client: ClientId, request: u64) -> Numbering {
-        upper_half(request).map_or(Numbering::Client(client), Numbering::Drawn)
+impl Sender {
+    fn new(client: ClientId, request: u64) -> Sender {
+        upper_half(request).map_or(Sender::Client(client), Sender::Program)
     }
 }
 
-/// Who has given a number, if that is one who draws the upper half.
+/// Returns the upper 32 bits of a number, which identify a program or a run of the simulator;
+/// `None` if they are 0.
 pub(super) fn upper_half(number: u64) -> Option<NonZeroU32> {
     NonZeroU32::new((number >> 32) as u32)
 }

@@ -1,4 +1,6 @@
-use super::{reset_ledger::NUMBERINGS, *};
+//! Tests of the protocol.
+
+use super::{reset_ledger::MAX_SENDERS, *};
 use crate::{camera::CameraSettings, world::WorldSettings};
 
 const ALICE: ClientId = [1; 16];
@@ -8,7 +10,7 @@ fn session() -> Session {
     let world = World::new(WorldSettings::default(), Scenario::Empty, 0).unwrap();
     let (session, first) =
         Session::new(world, Camera::new(CameraSettings::default()).unwrap(), 0.5);
-    assert_eq!(first.header.stamp, messages::stamp(500_000_000), "the clock's first time");
+    assert_eq!(first.header.stamp, messages::stamp(500_000_000), "the first stamp");
     session
 }
 
@@ -24,14 +26,14 @@ fn step(session: &mut Session, episode: u64, number: u32, action: u8) -> step::R
     session.step(&step::Request { episode, step: number, action }).0
 }
 
-/// The stamp of an image that is sent between steps.
+/// Renders an image between steps. Returns its stamp.
 fn frame_stamp(session: &mut Session) -> Time {
-    session.pass_time();
+    session.advance_time();
     session.image().header.stamp
 }
 
 #[test]
-fn episode_numbers_tell_simulator_and_episode() {
+fn an_episode_number_identifies_the_run_and_the_episode() {
     let mut session = session();
     let first = session.episode_number();
     assert_eq!(first as u32, 1);
@@ -41,73 +43,73 @@ fn episode_numbers_tell_simulator_and_episode() {
 }
 
 #[test]
-fn a_repeated_reset_is_answered_as_before_and_resets_nothing() {
+fn a_retried_reset_returns_the_stored_response_and_resets_nothing() {
     let mut session = session();
-    let answer = reset(&mut session, ALICE, 5);
-    step(&mut session, answer.episode, 1, 3);
-    let (again, executed) = session.reset(ALICE, &request(5, 7), Scenario::Empty);
-    assert_eq!((again, executed), (answer.clone(), None));
-    // Another client that counts alike is another client once the robot has moved,
+    let response = reset(&mut session, ALICE, 5);
+    step(&mut session, response.episode, 1, 3);
+    let (retried, executed) = session.reset(ALICE, &request(5, 7), Scenario::Empty);
+    assert_eq!((retried, executed), (response.clone(), None));
+    // After a step, the same number from another client is a new request.
     let other = reset(&mut session, BOB, 5);
-    assert_eq!(other.episode, answer.episode + 1);
-    // but by hand each call has a client of its own.
+    assert_eq!(other.episode, response.episode + 1);
+    // Without a step it is a retry, because command-line tools create a client for each call.
     assert_eq!(reset(&mut session, [3; 16], 5), other);
     step(&mut session, other.episode, 1, 3);
-    // An older one, and one that another client's reset has replaced.
+    // The first is out of order, the second was superseded by another client, the third is new.
     assert_eq!(reset(&mut session, ALICE, 4).status, status::SUPERSEDED);
     assert_eq!(reset(&mut session, ALICE, 5).status, status::SUPERSEDED);
     assert_eq!(reset(&mut session, ALICE, 6).status, status::OK);
 }
 
-/// A client that cannot send is replaced by another one, and what it had sent may come afterwards.
+/// A program may replace its DDS client, and requests from the old client may still arrive.
 #[test]
-fn a_program_is_known_by_its_numbers_whichever_client_it_asks_by() {
+fn a_program_is_identified_by_its_request_numbers_from_any_client() {
     let mut session = session();
-    let drawn = 7 << 32;
-    let first = reset(&mut session, BOB, drawn + 1);
+    let program = 7 << 32;
+    let first = reset(&mut session, BOB, program + 1);
     step(&mut session, first.episode, 1, 3);
-    assert_eq!(reset(&mut session, ALICE, drawn + 1), first);
-    let second = reset(&mut session, BOB, drawn + 2);
+    assert_eq!(reset(&mut session, ALICE, program + 1), first);
+    let second = reset(&mut session, BOB, program + 2);
     assert_eq!(second.episode, first.episode + 1);
-    assert_eq!(reset(&mut session, ALICE, drawn + 1).status, status::SUPERSEDED);
-    // Another program's numbers may well be smaller.
+    assert_eq!(reset(&mut session, ALICE, program + 1).status, status::SUPERSEDED);
+    // The numbers of another program may be smaller.
     assert_eq!(reset(&mut session, ALICE, 6 << 32).episode, second.episode + 1);
 }
 
 #[test]
-fn resets_without_a_number_are_all_new() {
+fn every_reset_with_request_number_0_is_new() {
     let mut session = session();
     let first = reset(&mut session, ALICE, 0).episode;
     assert_eq!(reset(&mut session, ALICE, 0).episode, first + 1);
 }
 
 #[test]
-fn a_scenario_that_does_not_exist_changes_nothing() {
+fn rejects_an_unknown_scenario_and_changes_nothing() {
     let mut session = session();
     let before = session.episode_number();
-    let wrong = reset::Request { scenario: "desert".into(), ..request(1, 7) };
-    let (answer, executed) = session.reset(ALICE, &wrong, Scenario::Empty);
-    assert_eq!((answer.status, answer.success), (status::INVALID_SCENARIO, false));
-    assert!(answer.message.contains("desert") && answer.message.contains("three_moving"));
+    let invalid = reset::Request { scenario: "desert".into(), ..request(1, 7) };
+    let (response, executed) = session.reset(ALICE, &invalid, Scenario::Empty);
+    assert_eq!((response.status, response.success), (status::INVALID_SCENARIO, false));
+    assert!(response.message.contains("desert") && response.message.contains("three_moving"));
     assert_eq!((session.episode_number(), executed), (before, None));
-    // The number is not used up.
+    // The request number can be used again.
     assert_eq!(reset(&mut session, ALICE, 1).status, status::OK);
 }
 
 #[test]
-fn a_repeated_step_is_answered_as_before_and_moves_nothing() {
+fn a_retried_step_returns_the_stored_response_and_moves_nothing() {
     let mut session = session();
     let episode = reset(&mut session, ALICE, 1).episode;
     let first = step(&mut session, episode, 1, 3);
     assert_eq!((first.status, first.step, first.episode), (status::OK, 1, episode));
-    let (again, executed) = session.step(&step::Request { episode, step: 1, action: 3 });
-    assert_eq!((again, executed), (first, None));
+    let (retried, executed) = session.step(&step::Request { episode, step: 1, action: 3 });
+    assert_eq!((retried, executed), (first, None));
     assert_eq!(step(&mut session, episode, 1, 4).status, status::ACTION_DIFFERS);
     assert_eq!(session.world.steps(), 1);
 }
 
 #[test]
-fn steps_come_in_their_order() {
+fn rejects_steps_out_of_order() {
     let mut session = session();
     let episode = reset(&mut session, ALICE, 1).episode;
     assert_eq!(step(&mut session, episode, 2, 3).status, status::OUT_OF_ORDER);
@@ -120,7 +122,7 @@ fn steps_come_in_their_order() {
 }
 
 #[test]
-fn zeros_are_for_hands() {
+fn episode_0_and_step_0_mean_the_current_episode_and_the_next_step() {
     let mut session = session();
     for number in 1..=3 {
         assert_eq!(step(&mut session, 0, 0, 3).step, number);
@@ -128,7 +130,7 @@ fn zeros_are_for_hands() {
 }
 
 #[test]
-fn every_wrong_episode_is_told_apart() {
+fn the_status_of_an_invalid_episode_states_the_reason() {
     let mut session = session();
     let old = reset(&mut session, ALICE, 1).episode;
     let current = reset(&mut session, BOB, 2).episode;
@@ -141,16 +143,16 @@ fn every_wrong_episode_is_told_apart() {
 }
 
 #[test]
-fn actions_over_six_are_refused() {
+fn rejects_an_action_above_6() {
     let mut session = session();
-    let answer = step(&mut session, 0, 0, 9);
-    assert_eq!(answer.status, status::INVALID_ACTION);
-    assert!(answer.message.contains('9'), "{}", answer.message);
+    let response = step(&mut session, 0, 0, 9);
+    assert_eq!(response.status, status::INVALID_ACTION);
+    assert!(response.message.contains('9'), "{}", response.message);
     assert_eq!(session.world.steps(), 0);
 }
 
 #[test]
-fn after_the_end_there_is_the_last_answer_and_nothing_else() {
+fn after_the_end_of_the_episode_only_a_retry_of_the_last_step_succeeds() {
     let world =
         World::new(WorldSettings { max_steps: 2, ..Default::default() }, Scenario::Empty, 3);
     let camera = Camera::new(CameraSettings::default()).unwrap();
@@ -165,7 +167,7 @@ fn after_the_end_there_is_the_last_answer_and_nothing_else() {
 }
 
 #[test]
-fn the_first_move_binds_an_episode_to_its_way() {
+fn the_first_interface_used_controls_the_episode() {
     let mut session = session();
     let command = ActionCommand { action: 3, ..ActionCommand::default() };
     assert!(session.command(&command).unwrap().is_some());
@@ -173,36 +175,36 @@ fn the_first_move_binds_an_episode_to_its_way() {
     let episode = reset(&mut session, ALICE, 1).episode;
     assert_eq!(step(&mut session, episode, 1, 3).status, status::OK);
     assert!(session.command(&command).unwrap_err().contains("service"));
-    let for_watchers = ActionCommand { sent_by_service: true, ..command };
-    assert_eq!(session.command(&for_watchers), Ok(None));
+    let informational = ActionCommand { sent_by_service: true, ..command };
+    assert_eq!(session.command(&informational), Ok(None));
     assert_eq!(session.world.steps(), 1);
 }
 
 #[test]
-fn time_passes_with_what_is_executed_only() {
+fn only_executed_requests_advance_the_time() {
     let mut session = session();
     let episode = reset(&mut session, ALICE, 1).episode;
     reset(&mut session, ALICE, 1);
-    let answer = step(&mut session, episode, 1, 3);
+    let response = step(&mut session, episode, 1, 3);
     step(&mut session, episode, 1, 3);
     step(&mut session, episode, 7, 3);
-    assert_eq!(answer.image.header.stamp, messages::stamp(1_500_000_000));
+    assert_eq!(response.image.header.stamp, messages::stamp(1_500_000_000));
     assert_eq!(session.time.now(), 1_500_000_000);
 }
 
 #[test]
-fn the_memory_of_clients_is_bounded() {
+fn the_number_of_stored_clients_is_bounded() {
     let mut session = session();
     for client in 0..1000u64 {
         let mut id = [0; 16];
         id[..8].copy_from_slice(&client.to_le_bytes());
         session.reset(id, &request(1, client), Scenario::Empty);
     }
-    assert_eq!(session.resets.len(), NUMBERINGS);
+    assert_eq!(session.resets.len(), MAX_SENDERS);
 }
 
 #[test]
-fn the_path_begins_anew_with_each_episode_and_has_every_step() {
+fn the_path_has_the_start_and_every_step_of_the_current_episode() {
     let mut session = session();
     let episode = reset(&mut session, ALICE, 1).episode;
     assert_eq!(session.path().len(), 1);
@@ -211,7 +213,7 @@ fn the_path_begins_anew_with_each_episode_and_has_every_step() {
     step(&mut session, episode, 2, 3);
     assert_eq!(session.path().len(), 3);
     assert_eq!(session.path()[0], start);
-    let times: Vec<u64> = session.path().iter().map(|visit| visit.time).collect();
+    let times: Vec<u64> = session.path().iter().map(|stamped| stamped.time).collect();
     assert_eq!(times, [1_000_000_000, 1_500_000_000, 2_000_000_000]);
     assert_eq!(session.path()[2].pose, *session.world().robot());
     assert_eq!(session.now(), messages::stamp(2_000_000_000));
@@ -220,7 +222,7 @@ fn the_path_begins_anew_with_each_episode_and_has_every_step() {
 }
 
 #[test]
-fn what_is_fixed_counts_from_the_next_reset_on() {
+fn a_fixed_layout_takes_effect_at_the_next_reset() {
     let mut session = session();
     let robot = |numbers| Layout::from_lists(&[], &[], numbers).unwrap();
     let before = *session.world().robot();
@@ -229,7 +231,7 @@ fn what_is_fixed_counts_from_the_next_reset_on() {
     let placed = reset(&mut session, ALICE, 1);
     assert_eq!(*session.world().robot(), Isometry2::translation(0.5, -0.5));
 
-    // In the wall: refused as long as it is so.
+    // Resets are refused while the fixed robot is inside a wall.
     session.set_layout(robot(&[1.25, 0.0, 0.0]));
     let refused = reset(&mut session, ALICE, 2);
     assert_eq!((refused.status, refused.success), (status::INVALID_SCENARIO, false));
@@ -242,9 +244,10 @@ fn what_is_fixed_counts_from_the_next_reset_on() {
     assert_eq!(reset(&mut session, ALICE, 2).status, status::OK);
 }
 
-/// A robot takes its time: what is said meanwhile, or in answer to an older image, is refused.
+/// With a nonzero motion time, commands during a move and commands for an outdated image are
+/// refused.
 #[test]
-fn a_moving_robot_is_not_commanded_and_an_old_image_not_answered() {
+fn rejects_commands_during_a_move_and_for_an_outdated_image() {
     let mut session = session();
     session.set_motion_time(400);
     session.set_wall_time(1_000_000_000);
@@ -257,27 +260,27 @@ fn a_moving_robot_is_not_commanded_and_an_old_image_not_answered() {
     };
     let steps = |session: &Session| session.world().steps();
     assert_eq!(session.command(&command(first)), Ok(None));
-    // While it moves, nothing counts.
+    // The command arrives during the move.
     session.set_wall_time(1_000_000_300);
-    let meanwhile = frame_stamp(&mut session);
-    let refused = session.command(&command(meanwhile)).unwrap_err();
+    let during_move = frame_stamp(&mut session);
+    let refused = session.command(&command(during_move)).unwrap_err();
     assert!(refused.starts_with("the robot is moving"), "{refused}");
     assert_eq!((session.finish_motion(), steps(&session)), (None, 0));
     session.set_wall_time(1_000_000_450);
     let executed = session.finish_motion().unwrap();
     assert_eq!((executed.step, steps(&session)), (1, 1));
-    // An image of before the end is an old one, even if it comes after it.
-    let refused = session.command(&command(meanwhile)).unwrap_err();
-    assert!(refused.contains("the robot is elsewhere"), "{refused}");
+    // The command arrives after the move, but for an image taken during the move.
+    let refused = session.command(&command(during_move)).unwrap_err();
+    assert!(refused.starts_with("outdated image"), "{refused}");
     assert_eq!(session.command(&command(executed.header.stamp)), Ok(None));
-    // By hand, without a stamp, the image is whatever there is.
+    // A manual command has no stamp.
     session.set_wall_time(1_000_001_000);
     session.finish_motion().unwrap();
     assert_eq!(session.command(&command(Time::default())), Ok(None));
 }
 
 #[test]
-fn the_next_episode_is_anybodys_again() {
+fn both_interfaces_can_control_the_next_episode() {
     let mut session = session();
     let number = session.episode_number();
     let command = |action| ActionCommand { action, ..ActionCommand::default() };

@@ -1,52 +1,54 @@
-//! The time of the simulation, in nanoseconds since the start.
+//! The simulated time, in nanoseconds since the start of the simulator.
 
-/// The time, which steps and resets let pass, or which follows a clock on the wall.
+/// The simulated time: it advances with resets and steps, or follows the wall clock.
 #[derive(Clone)]
 pub(super) struct Timeline {
-    /// How long a step or a reset takes.
+    /// Duration of a step or reset in nanoseconds.
     step_duration: u64,
     now: u64,
-    /// What a clock on the wall says, where the time follows it.
-    wall: Option<u64>,
-    /// Since when everything stands where it stands now.
-    settled: u64,
+    /// The wall-clock time to follow, in nanoseconds; `None` if the time advances with resets and
+    /// steps.
+    wall_time: Option<u64>,
+    /// When the latest step or reset was executed; nothing has moved since.
+    last_change: u64,
 }
 
 impl Timeline {
-    /// The start of time. `step_duration` is in seconds.
+    /// Creates a timeline at time 0. `step_duration` is in seconds.
     pub(super) fn new(step_duration: f64) -> Timeline {
         let step_duration = (step_duration * 1e9).round() as u64;
-        Timeline { step_duration, now: 0, wall: None, settled: 0 }
+        Timeline { step_duration, now: 0, wall_time: None, last_change: 0 }
     }
 
     pub(super) fn now(&self) -> u64 {
         self.now
     }
 
-    pub(super) fn wall(&self) -> Option<u64> {
-        self.wall
+    pub(super) fn wall_time(&self) -> Option<u64> {
+        self.wall_time
     }
 
-    pub(super) fn settled(&self) -> u64 {
-        self.settled
+    pub(super) fn last_change(&self) -> u64 {
+        self.last_change
     }
 
-    /// From now on the time follows a clock on the wall, which says this.
-    pub(super) fn follow(&mut self, wall: u64) {
-        self.wall = Some(wall);
+    /// Sets the wall-clock time. Simulated time follows it from the next call to
+    /// [`advance`](Self::advance).
+    pub(super) fn set_wall_time(&mut self, nanoseconds: u64) {
+        self.wall_time = Some(nanoseconds);
     }
 
-    /// Lets the time of a step or reset pass, or that of the clock on the wall.
-    pub(super) fn pass(&mut self) {
-        self.now = match self.wall {
+    /// Advances the time by one step, or to the wall-clock time.
+    pub(super) fn advance(&mut self) {
+        self.now = match self.wall_time {
             None => self.now.saturating_add(self.step_duration),
-            // Two images never have the same stamp.
-            Some(wall) => wall.max(self.now + 1),
+            // No two images have the same stamp.
+            Some(wall_time) => wall_time.max(self.now + 1),
         };
     }
 
-    /// Everything stands now as it will until the next step.
-    pub(super) fn settle(&mut self) {
-        self.settled = self.now;
+    /// Records that a step or reset was executed now.
+    pub(super) fn record_change(&mut self) {
+        self.last_change = self.now;
     }
 }

@@ -1,4 +1,4 @@
-//! The rules of the world, over many episodes.
+//! Tests of the world's rules over many episodes.
 
 mod moving_cylinders;
 mod oracle;
@@ -18,7 +18,7 @@ fn world(scenario: Scenario, seed: u64) -> World {
     World::new(WorldSettings::default(), scenario, seed).unwrap()
 }
 
-/// A world in which these parts are fixed, as the parameters have them.
+/// Returns a world with a fixed layout, in the format of the parameters `fixed_*`.
 fn fixed_world(
     scenario: Scenario,
     exit: &[f64],
@@ -37,19 +37,21 @@ fn action(index: u8) -> Action {
     Action::try_from(index).unwrap()
 }
 
+/// Index of the action without a turn.
 const AHEAD: u8 = 3;
 
-/// What can be seen of a world.
+/// Returns the robot's pose, the exit and the cylinders.
 fn state(world: &World) -> (Isometry2<f64>, Exit, Vec<Cylinder>) {
     (*world.robot(), *world.exit(), world.cylinders().to_vec())
 }
 
-/// The number of steps at which `world` ends under a fixed pattern of actions, and its last state.
+/// Plays the episode to its end with a fixed sequence of actions. Returns the number of steps and
+/// the last state.
 fn play(world: &mut World) -> (u32, (Isometry2<f64>, Exit, Vec<Cylinder>)) {
-    let mut turn = 0_u32;
+    let mut count = 0_u32;
     while !world.is_over() {
-        world.step(action((turn.wrapping_mul(2_654_435_761) >> 16) as u8 % 7)).unwrap();
-        turn += 1;
+        world.step(action((count.wrapping_mul(2_654_435_761) >> 16) as u8 % 7)).unwrap();
+        count += 1;
     }
     (world.steps(), state(world))
 }
@@ -68,7 +70,7 @@ fn assert_robot_touches_nothing(world: &World) {
     assert!(!world.exit().touches(&footprint), "{world:?}");
 }
 
-fn assert_cylinders_keep(world: &World, half_square: f64, apart: f64, from_robot: f64) {
+fn assert_cylinder_spacing(world: &World, half_square: f64, apart: f64, from_robot: f64) {
     let centres: Vec<Point2<f64>> = world.cylinders().iter().map(Cylinder::centre).collect();
     assert_eq!(centres.len(), world.scenario().cylinders());
     let robot = Point2::from(world.robot().translation.vector);

@@ -1,10 +1,10 @@
-//! How cylinders move, and what a reset does to them.
+//! Tests of the motion of cylinders, and of resets with moving cylinders.
 
 use super::*;
 
 proptest! {
     #[test]
-    fn keep_their_rules_at_every_step(
+    fn moving_cylinders_follow_the_rules_at_every_step(
         seed in any::<u64>(),
         scenario in moving_scenario(),
         actions in proptest::collection::vec(0..7_u8, 2_000),
@@ -16,11 +16,11 @@ proptest! {
             }
             let before: Vec<_> = world.cylinders().iter().map(Cylinder::centre).collect();
             world.step(action(index)).unwrap();
-            assert_cylinders_keep(&world, 0.75, 0.5, 0.0);
+            assert_cylinder_spacing(&world, 0.75, 0.5, 0.0);
             let footprint = Footprint::at(world.robot());
             for (cylinder, before) in world.cylinders().iter().zip(before) {
-                let way = distance(&cylinder.centre(), &before);
-                prop_assert!(way == 0.0 || (way - CYLINDER_STEP_LENGTH).abs() < 1e-12);
+                let moved = distance(&cylinder.centre(), &before);
+                prop_assert!(moved == 0.0 || (moved - CYLINDER_STEP_LENGTH).abs() < 1e-12);
                 prop_assert!(!cylinder.touches(&footprint));
             }
         }
@@ -28,7 +28,7 @@ proptest! {
 }
 
 #[test]
-fn move_nearly_always_and_in_the_direction_they_face() {
+fn cylinders_move_along_their_heading_in_most_steps() {
     let mut world = world(Scenario::ThreeMoving, 3);
     let (mut moved, mut stayed) = (0, 0);
     for _ in 0..2_000 {
@@ -38,13 +38,13 @@ fn move_nearly_always_and_in_the_direction_they_face() {
         let before = world.cylinders().to_vec();
         world.step(action(1)).unwrap();
         for (after, before) in world.cylinders().iter().zip(before) {
-            let way = after.centre() - before.centre();
-            if way.norm() == 0.0 {
+            let displacement = after.centre() - before.centre();
+            if displacement.norm() == 0.0 {
                 stayed += 1;
             } else {
                 moved += 1;
                 let ahead = after.pose().rotation * Vector2::new(CYLINDER_STEP_LENGTH, 0.0);
-                assert!((way - ahead).norm() < 1e-12);
+                assert!((displacement - ahead).norm() < 1e-12);
             }
         }
     }
@@ -52,7 +52,7 @@ fn move_nearly_always_and_in_the_direction_they_face() {
 }
 
 #[test]
-fn do_not_turn_without_deviation() {
+fn cylinders_keep_their_heading_if_its_deviation_is_zero() {
     let settings = WorldSettings { heading_deviation: 0.0, ..WorldSettings::default() };
     let mut world = World::new(settings, Scenario::OneMoving, 1).unwrap();
     let before = world.cylinders()[0].pose;
@@ -61,7 +61,7 @@ fn do_not_turn_without_deviation() {
 }
 
 #[test]
-fn stay_where_they_are_at_an_unseeded_reset() {
+fn an_unseeded_reset_keeps_the_moving_cylinders() {
     let mut world = world(Scenario::ThreeMoving, 1);
     play(&mut world);
     let before = world.cylinders().to_vec();
@@ -73,28 +73,28 @@ fn stay_where_they_are_at_an_unseeded_reset() {
 }
 
 #[test]
-fn are_placed_anew_when_the_scenario_changes() {
+fn a_new_scenario_places_the_cylinders_again() {
     let mut world = world(Scenario::ThreeCylinders, 1);
-    let standing = world.cylinders().to_vec();
+    let before = world.cylinders().to_vec();
     world.reset(None, Some(Scenario::ThreeMoving)).unwrap();
-    assert!(world.cylinders().iter().all(|cylinder| !standing.contains(cylinder)));
+    assert!(world.cylinders().iter().all(|cylinder| !before.contains(cylinder)));
     world.reset(None, Some(Scenario::OneMoving)).unwrap();
     assert_eq!(world.cylinders().len(), 1);
 }
 
-/// Somebody who fixes the robot and resets without seeds must not be stopped by a cylinder
-/// that has wandered to where the robot starts.
+/// Checks that an unseeded reset succeeds even if a cylinder has moved to the robot's fixed start
+/// pose.
 #[test]
-fn give_way_to_a_fixed_robot() {
+fn an_unseeded_reset_replaces_cylinders_in_the_way_of_a_fixed_robot() {
     let robot = [0.0, 0.0, 0.0];
     let mut world = fixed_world(Scenario::OneMoving, &[0.0, 0.0], &[], &robot).unwrap();
-    let mut placed_anew = 0;
+    let mut replaced = 0;
     for _ in 0..200 {
         play(&mut world);
         let before = world.cylinders().to_vec();
         world.reset(None, None).unwrap();
         assert_robot_touches_nothing(&world);
-        placed_anew += u32::from(world.cylinders() != before);
+        replaced += u32::from(world.cylinders() != before);
     }
-    assert!((1..200).contains(&placed_anew), "{placed_anew}");
+    assert!((1..200).contains(&replaced), "replaced in {replaced} of 200 resets");
 }

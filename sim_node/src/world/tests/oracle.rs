@@ -1,19 +1,21 @@
-//! The fewest steps that lead out.
+//! Tests of the full-knowledge shortest paths.
 
 use super::*;
 
 #[test]
-fn counts_a_straight_way_by_hand() {
-    // The exit's face is 1.15 m from the robot's centre, its side 1.075 m: 7.05 steps.
+fn a_straight_path_has_the_length_calculated_by_hand() {
+    // The face of the exit is 1.15 m from the robot's centre and 1.075 m from its front: 7.05
+    // steps.
     let mut world = fixed_world(Scenario::Empty, &[0.0, 0.0], &[], &[0.0, 0.0, 0.0]).unwrap();
-    assert_eq!(fewest_steps(&world), Some(8));
+    assert_eq!(shortest_path_length(&world), Some(8));
     world.step(action(AHEAD)).unwrap();
-    assert_eq!(fewest_steps(&world), Some(7));
+    assert_eq!(shortest_path_length(&world), Some(7));
 }
 
-/// Means of 100,000 layouts; that of 1,000 has a standard error of 0.13.
+/// The expected means are over 100,000 layouts. The mean over 1,000 layouts has a standard error of
+/// 0.13.
 #[test]
-fn paths_lead_out_and_have_the_usual_length() {
+fn shortest_paths_reach_the_exit_and_have_the_expected_mean_length() {
     for (scenario, mean) in [
         (Scenario::Empty, 9.36),
         (Scenario::OneCylinder, 9.48),
@@ -25,7 +27,7 @@ fn paths_lead_out_and_have_the_usual_length() {
         for _ in 0..1_000 {
             world.reset(None, None).unwrap();
             let path = shortest_path(&world).unwrap();
-            assert_eq!(fewest_steps(&world).map(|steps| steps as usize), Some(path.len()));
+            assert_eq!(shortest_path_length(&world).map(|steps| steps as usize), Some(path.len()));
             let (last, before) = path.split_last().unwrap();
             for &action in before {
                 let outcome = world.step(action).unwrap();
@@ -39,9 +41,10 @@ fn paths_lead_out_and_have_the_usual_length() {
     }
 }
 
-/// No path is shorter than what a search without a lower bound and without merging finds.
+/// Checks the length of the shortest path against an exhaustive search, which uses no lower bound
+/// and does not merge poses.
 #[test]
-fn no_path_is_shorter() {
+fn an_exhaustive_search_finds_no_shorter_path() {
     fn can_escape_in(world: &World, steps: usize) -> bool {
         steps > 0
             && Action::ALL.into_iter().any(|action| {
@@ -55,9 +58,9 @@ fn no_path_is_shorter() {
         let mut compared = 0;
         while compared < 20 {
             world.reset(None, None).unwrap();
-            let fewest = fewest_steps(&world).unwrap() as usize;
-            if fewest <= 5 {
-                assert!(!can_escape_in(&world, fewest - 1), "{world:?}");
+            let length = shortest_path_length(&world).unwrap() as usize;
+            if length <= 5 {
+                assert!(!can_escape_in(&world, length - 1), "{world:?}");
                 compared += 1;
             }
         }
@@ -65,6 +68,6 @@ fn no_path_is_shorter() {
 }
 
 #[test]
-fn knows_nothing_where_obstacles_move() {
-    assert_eq!(fewest_steps(&world(Scenario::OneMoving, 1)), None);
+fn moving_cylinders_have_no_shortest_path() {
+    assert_eq!(shortest_path_length(&world(Scenario::OneMoving, 1)), None);
 }

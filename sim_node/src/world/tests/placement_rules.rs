@@ -1,28 +1,29 @@
-//! Where everything is after a reset.
+//! Tests of the placement rules at a reset.
 
 use super::*;
 
 #[test]
-fn hold_after_every_reset() {
+fn every_reset_follows_the_placement_rules() {
     for scenario in Scenario::ALL {
         let mut world = world(scenario, 1);
         for episode in 0..4_000 {
             world.reset(seed(episode), None).unwrap();
             assert_robot_touches_nothing(&world);
-            if scenario.moving() {
-                assert_cylinders_keep(&world, 0.75, 0.5, 0.0);
+            if scenario.has_moving_obstacles() {
+                assert_cylinder_spacing(&world, 0.75, 0.5, 0.0);
             } else {
-                assert_cylinders_keep(&world, 0.7, 0.7, 0.5);
+                assert_cylinder_spacing(&world, 0.7, 0.7, 0.5);
             }
             assert_eq!((world.steps(), world.is_over()), (0, false));
         }
     }
 }
 
-/// Walls, offsets and poses fall into equal parts equally often: 8,000 draws in each of
-/// four parts differ from 2,000 by more than 200 (5 sigma) once in a million times.
+/// Sorts 8,000 draws of the wall, offset, position and heading into four equal bins each. The
+/// probability that a count differs from 2,000 by more than 200 (5 sigma) is below one in a
+/// million.
 #[test]
-fn leave_everything_uniform() {
+fn random_layouts_are_uniform() {
     let mut world = world(Scenario::Empty, 5);
     let mut counts = [[0; 4]; 4];
     for _ in 0..8_000 {
@@ -45,7 +46,7 @@ fn leave_everything_uniform() {
 }
 
 #[test]
-fn let_the_robot_start_inside_the_concave_wall() {
+fn the_robot_can_start_inside_the_concave_wall() {
     let mut world = world(Scenario::Concave, 1);
     let inside = (0..1_000).filter(|_| {
         world.reset(None, None).unwrap();
@@ -56,7 +57,7 @@ fn let_the_robot_start_inside_the_concave_wall() {
 }
 
 #[test]
-fn hold_what_is_fixed() {
+fn resets_keep_the_fixed_layout() {
     let cylinders = [0.35, 0.35, -0.35, 0.35];
     let robot = [0.2, -0.9, 1.0];
     let mut world = fixed_world(Scenario::TwoCylinders, &[1.0, 0.25], &cylinders, &robot).unwrap();
@@ -69,7 +70,7 @@ fn hold_what_is_fixed() {
 }
 
 #[test]
-fn hold_what_is_fixed_later_from_the_next_reset_on() {
+fn a_new_fixed_layout_takes_effect_at_the_next_reset() {
     let mut world = world(Scenario::Empty, 1);
     let before = state(&world);
     let fixed = Layout::from_lists(&[2.0, -0.5], &[], &[0.5, 0.5, 2.0]).unwrap();
@@ -91,29 +92,29 @@ fn hold_what_is_fixed_later_from_the_next_reset_on() {
     assert_ne!(*world.robot(), before.0);
 }
 
-/// An unseeded reset leaves moving cylinders where they are, but not if they were given places.
+/// An unseeded reset keeps the moving cylinders unless the layout has new fixed cylinders.
 #[test]
-fn move_cylinders_to_places_that_are_new() {
+fn an_unseeded_reset_places_cylinders_at_new_fixed_positions() {
     let centres = |world: &World| world.cylinders().iter().map(Cylinder::centre).collect();
     let mut world = world(Scenario::TwoMoving, 1);
     let fixed = Layout::from_lists(&[], &[0.5, 0.5, -0.5, 0.5], &[]).unwrap();
     world.set_layout(fixed.clone());
     world.reset(None, None).unwrap();
-    let places = vec![Point2::new(0.5, 0.5), Point2::new(-0.5, 0.5)];
-    assert_eq!(centres(&world), places);
+    let positions = vec![Point2::new(0.5, 0.5), Point2::new(-0.5, 0.5)];
+    assert_eq!(centres(&world), positions);
     for _ in 0..5 {
         world.step(action(AHEAD)).unwrap();
     }
-    // The same places again are nothing new.
+    // Setting the same positions again is not a change.
     world.set_layout(fixed);
-    let wandered: Vec<Point2<f64>> = centres(&world);
-    assert_ne!(wandered, places);
+    let moved: Vec<Point2<f64>> = centres(&world);
+    assert_ne!(moved, positions);
     world.reset(None, None).unwrap();
-    assert_eq!(centres(&world), wandered);
+    assert_eq!(centres(&world), moved);
 }
 
 #[test]
-fn place_a_random_exit_where_a_fixed_robot_does_not_touch_it() {
+fn a_random_exit_never_touches_a_fixed_robot() {
     let mut world = fixed_world(Scenario::Empty, &[], &[], &[1.1, 0.0, 0.0]).unwrap();
     for episode in 0..1_000 {
         world.reset(seed(episode), None).unwrap();
@@ -122,7 +123,7 @@ fn place_a_random_exit_where_a_fixed_robot_does_not_touch_it() {
 }
 
 #[test]
-fn are_told_to_those_who_break_them() {
+fn rejects_fixed_layouts_that_violate_a_rule() {
     use Scenario::*;
     for (scenario, exit, cylinders, robot, message) in [
         (
@@ -130,61 +131,63 @@ fn are_told_to_those_who_break_them() {
             &[][..],
             &[0.0, 0.0][..],
             &[][..],
-            "scenario `three_cylinders` has 3 cylinders, but 1 are held fixed",
+            "fixed cylinders: found 1 (expected: 3 in scenario three_cylinders)",
         ),
         (
             OneCylinder,
             &[],
             &[0.72, 0.0],
             &[],
-            "the cylinder at (0.72, 0) m is outside the central square: x and y are within \
-             ±0.7 m",
+            "cylinder at (0.72, 0) m: outside the central square (expected: x and y within \
+             ±0.7 m)",
         ),
         (
             TwoMoving,
             &[],
             &[0.0, 0.1, 0.0, -0.3],
             &[],
-            "the cylinders at (0, 0.1) m and (0, -0.3) m are 0.4000 m apart: at least 0.5 m \
-             is needed",
+            "cylinders at (0, 0.1) m and (0, -0.3) m: distance 0.4000 m (expected: at least \
+             0.5 m)",
         ),
         (
             OneCylinder,
             &[],
             &[0.25, 0.0],
             &[0.0, 0.0, 0.0],
-            "the robot at (0, 0) m is 0.2500 m from the cylinder at (0.25, 0) m: at least 0.5 \
-             m is needed",
+            "robot at (0, 0) m and cylinder at (0.25, 0) m: distance 0.2500 m (expected: at \
+             least 0.5 m)",
         ),
         (
             OneMoving,
             &[],
             &[0.2, 0.0],
             &[0.0, 0.0, 0.0],
-            "the robot at (0, 0) m with yaw 0 touches a cylinder: it starts touching nothing",
+            "robot at (0, 0) m with yaw 0 rad: touches a cylinder (expected: a collision-free \
+             start pose)",
         ),
         (
             Empty,
             &[],
             &[],
             &[0.0, 1.2, 0.0],
-            "the robot at (0, 1.2) m with yaw 0 touches a wall: it starts touching nothing",
+            "robot at (0, 1.2) m with yaw 0 rad: touches a wall (expected: a collision-free \
+             start pose)",
         ),
         (
             Empty,
             &[3.0, 0.5],
             &[],
             &[0.5, -1.1, 0.0],
-            "the robot at (0.5, -1.1) m with yaw 0 touches the exit: it starts touching \
-             nothing",
+            "robot at (0.5, -1.1) m with yaw 0 rad: touches the exit (expected: a \
+             collision-free start pose)",
         ),
         (
             Concave,
             &[],
             &[],
             &[0.0, 0.3, 0.0],
-            "the robot at (0, 0.3) m with yaw 0 touches the concave wall: it starts touching \
-             nothing",
+            "robot at (0, 0.3) m with yaw 0 rad: touches the concave wall (expected: a \
+             collision-free start pose)",
         ),
     ] {
         let error = fixed_world(scenario, exit, cylinders, robot).unwrap_err();
@@ -192,10 +195,10 @@ fn are_told_to_those_who_break_them() {
     }
 }
 
-/// Three cylinders 0.5 m from the middle of their square and 0.7 m from each other only fit
-/// near its corners.
+/// Three cylinders at least 0.5 m from the centre of the room and 0.7 m from each other fit only
+/// near the corners of the central square.
 #[test]
-fn are_kept_where_room_is_scarce() {
+fn finds_a_placement_when_space_is_scarce() {
     let world = fixed_world(Scenario::ThreeCylinders, &[], &[], &[0.0, 0.0, 0.0]).unwrap();
-    assert_cylinders_keep(&world, 0.7, 0.7, 0.5);
+    assert_cylinder_spacing(&world, 0.7, 0.7, 0.5);
 }

@@ -1,4 +1,4 @@
-//! What follows from a seed, and what does not.
+//! Tests that a seed makes episodes reproducible.
 
 use super::*;
 
@@ -6,7 +6,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn decide_everything_in_an_episode(
+    fn a_seed_determines_the_whole_episode(
         episode_seed in 1..u64::MAX,
         scenario in any_scenario(),
         other in any_scenario(),
@@ -22,7 +22,7 @@ proptest! {
     }
 
     #[test]
-    fn leave_the_worlds_own_randomness_alone(
+    fn a_seeded_reset_keeps_the_worlds_own_random_state(
         episode_seed in 1..u64::MAX,
         scenario in any_scenario(),
     ) {
@@ -30,7 +30,7 @@ proptest! {
         let mut two = one.clone();
         two.reset(seed(episode_seed), None).unwrap();
         play(&mut two);
-        // Out of a moving scenario and back, so that neither keeps its cylinders.
+        // Switches to another scenario and back, so that neither world keeps its moving cylinders.
         for world in [&mut one, &mut two] {
             world.reset(None, Some(Scenario::Empty)).unwrap();
             world.reset(None, Some(scenario)).unwrap();
@@ -41,7 +41,7 @@ proptest! {
 }
 
 #[test]
-fn of_a_world_and_of_a_reset_give_the_same_layout() {
+fn a_new_world_and_a_reset_with_the_same_seed_have_the_same_layout() {
     for scenario in Scenario::ALL {
         let mut other = world(Scenario::Empty, 1);
         other.reset(seed(9), Some(scenario)).unwrap();
@@ -50,7 +50,7 @@ fn of_a_world_and_of_a_reset_give_the_same_layout() {
 }
 
 #[test]
-fn are_untouched_by_a_reset_that_fails() {
+fn a_failed_reset_changes_nothing() {
     let mut world = fixed_world(Scenario::OneMoving, &[], &[0.0, 0.0], &[1.0, 0.0, 0.0]).unwrap();
     let mut other = world.clone();
     world.step(action(AHEAD)).unwrap();
@@ -64,16 +64,16 @@ fn are_untouched_by_a_reset_that_fails() {
     assert_eq!(play(&mut world), play(&mut other));
 }
 
-/// A run in every scenario is the same everywhere and for ever: the steps until the robot
-/// escapes, where it then is, and the sum of where the cylinders are.
+/// Checks that a seeded run is the same on every machine and in every version: the number of steps,
+/// the robot's final position, and the sum of the cylinders' coordinates.
 #[test]
-fn give_the_runs_they_always_gave() {
+fn seeded_runs_match_the_golden_values() {
     let runs = Scenario::ALL.map(|scenario| {
         let mut world = world(scenario, 1);
         world.reset(seed(2), None).unwrap();
         let (steps, (robot, _, cylinders)) = play(&mut world);
-        let places = cylinders.iter().map(|cylinder| cylinder.centre());
-        let sum = places.fold(0.0, |sum, centre| sum + centre.x + centre.y);
+        let centres = cylinders.iter().map(|cylinder| cylinder.centre());
+        let sum = centres.fold(0.0, |sum, centre| sum + centre.x + centre.y);
         (steps, robot.translation.x, robot.translation.y, sum)
     });
     let expected = [

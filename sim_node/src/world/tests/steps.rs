@@ -1,11 +1,11 @@
-//! What one step of the robot does.
+//! Tests of robot steps.
 
 use task::action::STEP_LENGTH;
 
 use super::*;
 
 #[test]
-fn ahead_moves_the_robot_half_a_foot() {
+fn the_action_ahead_moves_the_robot_half_a_foot() {
     let mut world = fixed_world(Scenario::Empty, &[2.0, 0.0], &[], &[0.0, 0.5, 0.0]).unwrap();
     let outcome = world.step(action(AHEAD)).unwrap();
     let free = Outcome { reward: -0.1, terminated: false, truncated: false, blocked: false };
@@ -14,7 +14,7 @@ fn ahead_moves_the_robot_half_a_foot() {
 }
 
 #[test]
-fn into_a_wall_are_blocked_and_leave_pose_and_heading() {
+fn a_step_into_a_wall_is_blocked_and_keeps_position_and_heading() {
     let robot = [1.1, 0.5, 0.0];
     let mut world = fixed_world(Scenario::Empty, &[2.0, 0.0], &[], &robot).unwrap();
     let before = *world.robot();
@@ -30,27 +30,26 @@ fn into_a_wall_are_blocked_and_leave_pose_and_heading() {
     assert_eq!(world.steps(), 1);
 }
 
-/// At its new pose the robot touches the exit and the wall behind it.
+/// At its new pose, the robot touches both the exit and the wall behind it.
 #[test]
-fn into_the_exit_escape_although_it_stands_in_the_wall() {
+fn the_exit_takes_precedence_over_the_wall_behind_it() {
     let mut world = fixed_world(Scenario::Empty, &[0.0, 0.0], &[], &[1.04, 0.0, 0.0]).unwrap();
     let outcome = world.step(action(AHEAD)).unwrap();
     let escape = Outcome { reward: 0.0, terminated: true, truncated: false, blocked: false };
     assert_eq!(outcome, escape);
     assert_eq!(world.robot().translation.x, 1.04 + STEP_LENGTH);
     assert!(world.obstacles().touch(&Footprint::at(world.robot())));
-    assert_eq!(fewest_steps(&world), Some(0));
+    assert_eq!(shortest_path_length(&world), Some(0));
     assert_eq!(world.step(action(AHEAD)), Err(EpisodeOver { steps: 1 }));
     assert_eq!(
         EpisodeOver { steps: 1 }.to_string(),
-        "the episode ended with step 1: reset before the next step"
+        "the episode ended at step 1; reset to start the next one"
     );
 }
 
-/// 5 mm beside the wall there is no room to turn, but none is needed: after the step the robot
-/// is clear of it.
+/// The robot is 5 mm from a wall, which it touches during the turn, but not at the new pose.
 #[test]
-fn test_contact_at_the_new_pose_only() {
+fn contact_is_tested_only_at_the_new_pose() {
     let mut world = fixed_world(Scenario::Empty, &[2.0, 0.0], &[], &[0.0, 1.17, 0.0]).unwrap();
     let turned = Isometry2::new(Vector2::new(0.0, 1.17), -FRAC_PI_4);
     assert!(world.obstacles().touch(&Footprint::at(&turned)));
@@ -58,7 +57,7 @@ fn test_contact_at_the_new_pose_only() {
 }
 
 #[test]
-fn end_when_the_episode_has_had_them_all() {
+fn an_episode_is_truncated_at_the_step_limit() {
     let layout = Layout::from_lists(&[2.0, 0.0], &[], &[1.1, 0.5, 0.0]).unwrap();
     let settings = WorldSettings { max_steps: 3, layout, ..WorldSettings::default() };
     let mut world = World::new(settings, Scenario::Empty, 0).unwrap();
@@ -71,7 +70,7 @@ fn end_when_the_episode_has_had_them_all() {
 }
 
 #[test]
-fn that_escape_last_are_terminated_and_not_truncated() {
+fn an_escape_in_the_last_step_is_terminated_and_not_truncated() {
     let layout = Layout::from_lists(&[0.0, 0.0], &[], &[1.04, 0.0, 0.0]).unwrap();
     let settings = WorldSettings { max_steps: 1, layout, ..WorldSettings::default() };
     let mut world = World::new(settings, Scenario::Empty, 0).unwrap();
@@ -81,7 +80,7 @@ fn that_escape_last_are_terminated_and_not_truncated() {
 
 proptest! {
     #[test]
-    fn leave_the_robot_clear_of_everything(
+    fn the_robot_touches_nothing_after_a_step(
         seed in any::<u64>(),
         scenario in any_scenario(),
         actions in proptest::collection::vec(0..7_u8, 200),
@@ -99,8 +98,8 @@ proptest! {
             if outcome.blocked {
                 prop_assert_eq!(*world.robot(), before);
             } else {
-                let way = world.robot().translation.vector - before.translation.vector;
-                prop_assert!((way.norm() - STEP_LENGTH).abs() < 1e-12);
+                let moved = world.robot().translation.vector - before.translation.vector;
+                prop_assert!((moved.norm() - STEP_LENGTH).abs() < 1e-12);
             }
         }
     }

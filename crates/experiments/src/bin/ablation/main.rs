@@ -1,5 +1,5 @@
-//! What each ingredient of the preset `robust` is good for: trainings without it, in every scenario,
-//! in one process. `launch_scripts/ablation.sh` runs it.
+//! The ablation study of the preset `robust`: trains and evaluates the preset and its variants in
+//! every scenario, all in this process. `launch_scripts/ablation.sh` runs this program.
 
 mod table;
 mod variants;
@@ -16,9 +16,9 @@ use std::{
 
 use anyhow::Context;
 use clap::Parser;
-use experiments::{Room, Silent, replace_section, repository};
+use experiments::{NullListener, Room, replace_section, repository};
 use learning::{
-    evaluation::{TestPlan, run_test},
+    evaluation::{EvaluationPlan, evaluate},
     run::RunDirectory,
     settings::Settings,
     training::{Plan, Training},
@@ -29,43 +29,44 @@ use task::{Evaluation, Scenario};
 
 use self::variants::{Variant, variants};
 
-/// The test of a training; its rooms are those of `evaluate.sh`.
-const TEST_EPISODES: u32 = 2000;
-const TEST_SEED: u64 = 1;
-const TEST_STEPS: u32 = 200;
+/// The evaluation after each training run. The seed and the step limit are the defaults of
+/// `evaluate.sh`.
+const EVALUATION_EPISODES: u32 = 2000;
+const EVALUATION_SEED: u64 = 1;
+const EVALUATION_STEPS: u32 = 200;
 
-/// Trains variants of the preset robust in every scenario, and writes what they reach.
+/// Trains and evaluates variants of the preset robust in every scenario and writes the results.
 #[derive(Parser)]
 struct CommandLine {
-    /// The seed of the trainings
+    /// Seed of the training runs
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Trainings at the same time
+    /// Number of parallel training runs
     #[arg(long, default_value_t = 2)]
     jobs: usize,
-    /// Where the figures go, as JSON; what is there already is not done again
-    #[arg(long, default_value = "ablation.json")]
+    /// Output file (JSON); results that are already in the file are not recomputed
+    #[arg(long, default_value = "results/ablation.json")]
     out: PathBuf,
-    /// The page that holds the tables, between two comments [default: docs/results.md]
+    /// Markdown page whose ablation section is replaced [default: docs/results.md]
     #[arg(long)]
     results: Option<PathBuf>,
 }
 
-/// What every variant has reached, by its name and the scenario.
-type Figures = BTreeMap<String, BTreeMap<String, Reached>>;
+/// The results, keyed by [`Variant::key`] and then by scenario.
+type Results = BTreeMap<String, BTreeMap<String, TrainingResult>>;
 
-/// The test of a training, and what the training was.
+/// The inputs of one training run and the evaluation of its policy.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-struct Reached {
+struct TrainingResult {
     seed: u64,
     episodes: u32,
     settings: Settings,
     evaluation: Evaluation,
 }
 
-impl Reached {
-    fn is_of(&self, variant: &Variant, seed: u64) -> bool {
-        let Reached { settings, .. } = self;
+impl TrainingResult {
+    fn matches(&self, variant: &Variant, seed: u64) -> bool {
+        let TrainingResult { settings, .. } = self;
         (self.seed, self.episodes, settings) == (seed, variant.episodes, &variant.settings)
     }
 }
@@ -73,7 +74,7 @@ impl Reached {
 fn main() -> anyhow::Result<()> {
     let command_line = CommandLine::parse();
     let variants = variants();
-    let figures = Mutex::new(read(&command_line.out)?);
+    let results = Mutex::new(read(&command_line.out)?);
     let jobs: Vec<(&Variant, Scenario)> = variants
         .iter()
         .flat_map(|variant| Scenario::ALL.map(|scenario| (variant, scenario)))
@@ -83,72 +84,72 @@ fn main() -> anyhow::Result<()> {
     let work = || -> anyhow::Result<()> {
         while let Some((variant, scenario)) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
             let name = scenario.name();
-            let is_known = |figures: &Figures| {
-                let reached = figures.get(variant.name).and_then(|variant| variant.get(name));
-                reached.is_some_and(|reached| reached.is_of(variant, seed))
+            let is_known = |results: &Results| {
+                let result = results.get(variant.key).and_then(|variant| variant.get(name));
+                result.is_some_and(|result| result.matches(variant, seed))
             };
-            if is_known(&lock(&figures)) {
+            if is_known(&lock(&results)) {
                 continue;
             }
-            let evaluation = train_and_test(variant, name, seed).inspect_err(|_| {
-                // Nobody begins another one.
+            let evaluation = train_and_evaluate(variant, name, seed).inspect_err(|_| {
+                // Keeps the other threads from starting another training run.
                 next.store(jobs.len(), Ordering::Relaxed);
             })?;
             eprintln!(
-                "{}, {name}: {:.2} % escape, {:.2} blocked per 100 steps",
-                variant.name,
+                "{}, {name}: success rate {:.2} %, {:.2} blocked moves per 100 steps",
+                variant.label,
                 100.0 * evaluation.success_rate,
                 evaluation.blocked_per_100_steps
             );
             let (episodes, settings) = (variant.episodes, variant.settings.clone());
-            let reached = Reached { seed, episodes, settings, evaluation };
-            let mut figures = lock(&figures);
-            figures.entry(variant.name.to_owned()).or_default().insert(name.to_owned(), reached);
-            write(&command_line.out, &figures)?;
+            let result = TrainingResult { seed, episodes, settings, evaluation };
+            let mut results = lock(&results);
+            results.entry(variant.key.to_owned()).or_default().insert(name.to_owned(), result);
+            write(&command_line.out, &results)?;
         }
         Ok(())
     };
     std::thread::scope(|scope| {
         let threads: Vec<_> = (0..command_line.jobs.max(1)).map(|_| scope.spawn(work)).collect();
-        threads.into_iter().try_for_each(|thread| thread.join().expect("no training panics"))
+        threads.into_iter().try_for_each(|thread| thread.join().expect("training does not panic"))
     })?;
-    let results = repository().join("docs/results.md");
-    let page = command_line.results.as_ref().unwrap_or(&results);
-    replace_section(page, "ablation", &table::tables(&variants, &lock(&figures)))
+    let default_page = repository().join("docs/results.md");
+    let page = command_line.results.as_ref().unwrap_or(&default_page);
+    replace_section(page, "ablation", &table::tables(&variants, &lock(&results)))
 }
 
-fn lock(figures: &Mutex<Figures>) -> std::sync::MutexGuard<'_, Figures> {
-    figures.lock().expect("nobody panics with it")
+fn lock(results: &Mutex<Results>) -> std::sync::MutexGuard<'_, Results> {
+    results.lock().expect("no thread panics while it holds this lock")
 }
 
-fn read(path: &Path) -> anyhow::Result<Figures> {
+fn read(path: &Path) -> anyhow::Result<Results> {
     if !path.exists() {
-        return Ok(Figures::new());
+        return Ok(Results::new());
     }
-    let context = || format!("{} is not from here", path.display());
+    let context = || format!("{}: not a result file of the ablation study", path.display());
     serde_json::from_str(&fs::read_to_string(path)?).with_context(context)
 }
 
-/// Whole or not at all: what was reached so far took long.
-fn write(path: &Path, figures: &Figures) -> anyhow::Result<()> {
+/// Writes the results atomically: the training runs behind them are expensive to repeat.
+fn write(path: &Path, results: &Results) -> anyhow::Result<()> {
     let name = path.file_name().and_then(|name| name.to_str());
-    let name = name.with_context(|| format!("{} is no name of a file", path.display()))?;
+    let name = name.with_context(|| format!("--out {}: not a file name", path.display()))?;
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
     let directory = RunDirectory::open(parent.unwrap_or(Path::new(".")))?;
-    Ok(directory.write_json(name, figures)?)
+    Ok(directory.write_json(name, results)?)
 }
 
-fn train_and_test(variant: &Variant, scenario: &str, seed: u64) -> anyhow::Result<Evaluation> {
+fn train_and_evaluate(variant: &Variant, scenario: &str, seed: u64) -> anyhow::Result<Evaluation> {
     let plan = Plan { scenario: scenario.to_owned(), episodes: variant.episodes, seed, rooms: 1 };
     let mut room = Room::new(WorldSettings::default());
     let mut training = Training::new(plan, variant.settings.clone())?;
-    training.run(std::slice::from_mut(&mut room), &mut Silent)?;
-    let test = TestPlan {
+    training.run(std::slice::from_mut(&mut room), &mut NullListener)?;
+    let plan = EvaluationPlan {
         scenario: scenario.to_owned(),
-        episodes: TEST_EPISODES,
-        seed: TEST_SEED,
-        max_steps: TEST_STEPS,
+        episodes: EVALUATION_EPISODES,
+        seed: EVALUATION_SEED,
+        max_steps: EVALUATION_STEPS,
     };
-    let tested = run_test(&test, &mut training.policy()?, &mut room, &mut Silent)?;
-    Ok(test.evaluation(&tested, None))
+    let episodes = evaluate(&plan, &mut training.policy(), &mut room, &mut NullListener)?;
+    Ok(plan.evaluation(&episodes, None))
 }

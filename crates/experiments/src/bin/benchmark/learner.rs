@@ -1,4 +1,4 @@
-//! The update of the network beside the rate of sgemm, which bounds it.
+//! Measures network updates and inference, and the sgemm rate that bounds the update.
 
 use std::{num::NonZeroU64, time::Instant};
 
@@ -14,21 +14,21 @@ use task::{Action, Environment};
 
 use crate::median;
 
-/// Rounds in which ruler and learner take turns, so that both see the same machine.
+/// Baseline and learner alternate, so that both run under the same machine load.
 const ROUNDS: usize = 15;
 const UPDATES_A_ROUND: usize = 1000;
 const INFERENCES_A_ROUND: usize = 2000;
 
-/// The figures of a preset.
+/// The measurements of one preset; each is a median or derived from one.
 pub struct LearnerFigures {
     pub preset: Preset,
-    /// Speed of a matrix product of 1024 x 1024 x 1024, the `gemm` crate on one thread.
+    /// Rate of a 1024 x 1024 x 1024 matrix product with the `gemm` crate on one thread, in GFLOP/s.
     pub sgemm_gflops: f64,
-    /// A whole update: drawing and filling the batch, three passes, Adam.
+    /// Time per update, in microseconds: sampling the batch, all passes, and the Adam step.
     pub update_us: f64,
-    /// The arithmetic of an update at the speed of sgemm.
+    /// Time that the arithmetic of an update would take at the sgemm rate, in microseconds.
     pub update_roofline_us: f64,
-    /// The values of one state.
+    /// Time to evaluate the Q-values of one state, in microseconds.
     pub inference_us: f64,
 }
 
@@ -50,7 +50,7 @@ fn measure_preset(preset: Preset) -> anyhow::Result<LearnerFigures> {
             let started = Instant::now();
             let loss = learner.plan();
             update.push(started.elapsed().as_secs_f64() * 1e6);
-            anyhow::ensure!(loss.is_some_and(f32::is_finite), "an update was not made");
+            anyhow::ensure!(loss.is_some_and(f32::is_finite), "update failed: no finite loss");
         }
         let started = Instant::now();
         for _ in 0..INFERENCES_A_ROUND {
@@ -68,9 +68,9 @@ fn measure_preset(preset: Preset) -> anyhow::Result<LearnerFigures> {
     })
 }
 
-/// Multiplications and additions of an update: a forward pass of both networks, with double Q-learning
-/// another one of the training network, and back the gradients of the weights and of all inputs but
-/// the observation.
+/// Returns the number of multiplications and additions in one update: a forward pass through both
+/// networks (with double Q-learning, a second pass through the training network) and a backward
+/// pass that computes the gradients of the weights and of all layer inputs except the observation.
 fn update_flop(settings: &Settings) -> f64 {
     let sizes: Vec<usize> = [input_size(settings.network.observation_frames)]
         .into_iter()
@@ -83,8 +83,8 @@ fn update_flop(settings: &Settings) -> f64 {
     2.0 * settings.replay.batch_size as f64 * (passes * all - products[0]) as f64
 }
 
-/// Fills the memory as a training does, by any actions in the empty room. Returns the number of the
-/// last state.
+/// Fills the replay memory with `count` transitions from random actions in the scenario `empty`.
+/// Returns the index of the last state.
 fn fill_memory(learner: &mut DynaQ, count: usize) -> anyhow::Result<u64> {
     let mut room = Room::new(WorldSettings::default());
     let mut seed = NonZeroU64::MIN;
@@ -92,7 +92,7 @@ fn fill_memory(learner: &mut DynaQ, count: usize) -> anyhow::Result<u64> {
     for _ in 0..count {
         let decision = learner.act(&[(state, 1.0)]).remove(0);
         let step = room.step(decision.action)?;
-        state = learner.remember(state, decision.action, &step);
+        state = learner.store(state, decision.action, &step);
         if step.terminated || step.truncated {
             seed = seed.saturating_add(1);
             state = learner.begin_episode(&room.reset(seed, "empty")?);

@@ -1,5 +1,5 @@
-//! The benchmarks of `launch_scripts/bench.sh`: everything that speed is promised for, beside its
-//! rulers, in one run.
+//! The benchmarks that `launch_scripts/bench.sh` runs. One run measures everything that has a
+//! performance target, together with the baselines for comparison.
 
 mod learner;
 mod peers;
@@ -16,76 +16,79 @@ use clap::{Parser, Subcommand};
 
 use self::{peers::PeerFigures, report::Report};
 
-/// Measures learner, simulator and network beside their rulers, as a table and as JSON.
+/// Measures the learner, the simulator and the network against their baselines. Prints a table and
+/// writes JSON.
 #[derive(Parser)]
 struct CommandLine {
     #[command(subcommand)]
-    other_side: Option<OtherSide>,
-    /// Where the figures go, as JSON
+    remote_end: Option<RemoteEnd>,
+    /// Output file (JSON)
     #[arg(long, default_value = "bench.json")]
     out: PathBuf,
-    /// Measures other people's software in the same run: PyTorch, Stable-Baselines3 and CycloneDDS from
-    /// PyPI, some 5 GB that go into .venv-bench, and CycloneDDS's ddsperf where it is on the PATH
+    /// Also measure third-party software: PyTorch, Stable-Baselines3 and CycloneDDS from PyPI
+    /// (about 5 GB, installed in .venv-bench), and CycloneDDS's ddsperf if it is on the PATH
     /// (Debian: cyclonedds-tools)
     #[arg(long)]
     peers: bool,
-    /// Also trains in several rooms at once that take their time
+    /// Also measure training with 1, 2, 4 and 8 simulators whose moves take 10 ms
     #[arg(long)]
     scale: bool,
 }
 
-/// The other process of a round trip; started by the benchmark itself.
+/// The remote end of a round trip, which the benchmark starts as a second process.
 #[derive(Subcommand)]
-enum OtherSide {
-    /// Answers every datagram
+enum RemoteEnd {
+    /// Reply to every datagram
     #[command(hide = true)]
     UdpEcho,
-    /// Answers every request of the service `plain_step`, by ros2-client alone
+    /// Reply to every request to the service `plain_step`, using only ros2-client
     #[command(hide = true)]
     PlainServer,
 }
 
 fn main() -> anyhow::Result<()> {
     let command_line = CommandLine::parse();
-    match command_line.other_side {
-        Some(OtherSide::UdpEcho) => return round_trip::udp_echo(),
-        Some(OtherSide::PlainServer) => return round_trip::plain_server(),
+    match command_line.remote_end {
+        Some(RemoteEnd::UdpEcho) => return round_trip::udp_echo(),
+        Some(RemoteEnd::PlainServer) => return round_trip::plain_server(),
         None => {}
     }
-    // candle's matrix product, the ruler of the update, takes as many threads as this says.
+    // This variable sets the number of threads for candle's matrix product, the baseline for the
+    // update.
     let threads = std::env::var("RAYON_NUM_THREADS").unwrap_or_default();
     anyhow::ensure!(
         threads == "1",
-        "RAYON_NUM_THREADS is '{threads}' (expected: 1, as the baseline is single-threaded): use 'evac bench'"
+        "RAYON_NUM_THREADS is '{threads}' (expected: 1, because the baseline is \
+         single-threaded): run 'evac bench' instead"
     );
     let report = Report {
-        room: part("the simulator", room::measure)?,
-        learner: part("the learner", learner::measure)?,
-        round_trip: part("round trips over the network", round_trip::measure)?,
-        start_up: part("how soon the nodes hear each other", start_up::measure)?,
-        training: part("whole trainings, in one process and over DDS", training::measure)?,
+        room: part("simulator", room::measure)?,
+        learner: part("learner", learner::measure)?,
+        round_trip: part("network round trips", round_trip::measure)?,
+        start_up: part("start-up and discovery", start_up::measure)?,
+        training: part("training in one process and over DDS", training::measure)?,
         scale: match command_line.scale {
-            true => part("trainings in several rooms at once", scale::measure)?,
+            true => part("training with several simulators", scale::measure)?,
             false => Vec::new(),
         },
         peers: match command_line.peers {
-            true => part("the peers", peers::measure)?,
+            true => part("third-party software", peers::measure)?,
             false => PeerFigures::default(),
         },
     };
     print!("{}", report.table());
     std::fs::write(&command_line.out, report.json()?)?;
-    println!("\nThe figures are in {}.", command_line.out.display());
+    println!("\nWrote {}.", command_line.out.display());
     Ok(())
 }
 
-/// Measures a part, and says so.
+/// Logs the name of a measurement and runs it.
 fn part<T>(name: &str, measure: impl FnOnce() -> anyhow::Result<T>) -> anyhow::Result<T> {
     eprintln!("measuring {name} ...");
     measure()
 }
 
-/// The value below which a share of the values lies.
+/// Returns the quantile `share` (0 to 1) of `values`, which it sorts.
 fn percentile(values: &mut [f64], share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     values[((values.len() - 1) as f64 * share).round() as usize]

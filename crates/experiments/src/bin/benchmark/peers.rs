@@ -1,4 +1,5 @@
-//! Other people's software on the same machine in the same run: `tests/peers/benchmark`.
+//! Measures third-party software on the same machine and in the same run, with the scripts in
+//! `tests/peers/benchmark`.
 
 use std::{
     fs,
@@ -14,38 +15,44 @@ use learning::{
 };
 use serde_json::Value;
 
-/// What is not installed, or was not asked for, is `None`.
+/// Measurements of third-party software; `None` or empty for software that is not installed or was
+/// not requested.
 #[derive(Default)]
 pub struct PeerFigures {
-    /// For each preset.
+    /// PyTorch: median time per update for each preset, in microseconds.
     pub torch_update_us: Vec<(Preset, f64)>,
+    /// Stable-Baselines3: environment steps per second, with one update per step.
     pub sb3_steps_per_s: Option<f64>,
+    /// CycloneDDS from Python: median round-trip time, in microseconds.
     pub cyclone_rtt_us: Option<f64>,
+    /// CycloneDDS's ddsperf: median round-trip time, in microseconds.
     pub ddsperf_rtt_us: Option<f64>,
 }
 
-/// A Python that has the peers' packages, in a virtual environment that is made if need be.
+/// Returns the path of the Python interpreter in the virtual environment `.venv-bench`. Creates the
+/// environment and installs the packages first if they are missing or out of date.
 fn python() -> anyhow::Result<PathBuf> {
     let requirements = repository().join("tests/peers/benchmark/requirements.txt");
     let environment = repository().join(".venv-bench");
     let (python, installed) =
         (environment.join("bin/python"), environment.join("requirements.txt"));
-    let wanted = fs::read(&requirements).with_context(|| requirements.display().to_string())?;
-    // What is installed, so that the next run need not ask.
-    if fs::read(&installed).is_ok_and(|found| found == wanted) {
+    let required = fs::read(&requirements).with_context(|| requirements.display().to_string())?;
+    // A copy of the requirements marks a complete installation, so that the next run skips pip.
+    if fs::read(&installed).is_ok_and(|found| found == required) {
         return Ok(python);
     }
-    let made = Command::new("python3").args(["-m", "venv"]).arg(&environment).status();
-    let made = made.context("python3 not found: install Python 3.11 or later for --peers")?;
-    ensure!(made.success(), "python3 makes no virtual environments (Debian: install python3-venv)");
+    let status = Command::new("python3").args(["-m", "venv"]).arg(&environment).status();
+    let status = status.context("python3 not found: install Python 3.11 or later for --peers")?;
+    ensure!(status.success(), "cannot create a virtual environment (Debian: install python3-venv)");
     let mut install = Command::new(&python);
     install.args(["-m", "pip", "install", "--quiet", "--requirement"]).arg(&requirements);
-    ensure!(install.status()?.success(), "pip cannot install {}", requirements.display());
-    fs::write(&installed, wanted)?;
+    let status = install.status()?;
+    ensure!(status.success(), "pip cannot install the packages in {}", requirements.display());
+    fs::write(&installed, required)?;
     Ok(python)
 }
 
-/// Measures the peers.
+/// Installs the packages and measures everything.
 pub fn measure() -> anyhow::Result<PeerFigures> {
     let python = &python()?;
     let nodes = Nodes::new();
@@ -55,7 +62,7 @@ pub fn measure() -> anyhow::Result<PeerFigures> {
     };
     let mut torch_update_us = Vec::new();
     for preset in Preset::ALL {
-        let figures = run("torch_update.py", &form(&preset.settings()))?;
+        let figures = run("torch_update.py", &torch_options(&preset.settings()))?;
         torch_update_us.extend(figures["torch_update_us"].as_f64().map(|time| (preset, time)));
     }
     Ok(PeerFigures {
@@ -67,14 +74,15 @@ pub fn measure() -> anyhow::Result<PeerFigures> {
 }
 
 impl PeerFigures {
-    /// PyTorch's update of a network and batch of the preset's form.
+    /// Returns PyTorch's time per update with the preset's network and batch size, in microseconds.
     pub fn torch_update_us(&self, preset: Preset) -> Option<f64> {
-        self.torch_update_us.iter().find(|(of, _)| *of == preset).map(|(_, time)| *time)
+        let figure = self.torch_update_us.iter().find(|(measured, _)| *measured == preset);
+        figure.map(|(_, time)| *time)
     }
 }
 
-/// The form of network and batch as `torch_update.py` takes it.
-fn form(settings: &Settings) -> Vec<String> {
+/// Returns the options of `torch_update.py` for the network and batch size in `settings`.
+fn torch_options(settings: &Settings) -> Vec<String> {
     let hidden = settings.network.hidden_layers.iter().map(usize::to_string);
     ["--inputs".to_owned(), input_size(settings.network.observation_frames).to_string()]
         .into_iter()
@@ -85,9 +93,9 @@ fn form(settings: &Settings) -> Vec<String> {
         .collect()
 }
 
-/// The figures that a script prints as JSON.
+/// Runs a script and returns the JSON that it prints.
 fn measure_script(command: &mut Command) -> anyhow::Result<Value> {
     let output = command.stderr(Stdio::inherit()).output()?;
-    anyhow::ensure!(output.status.success(), "{command:?} ended with {}", output.status);
+    anyhow::ensure!(output.status.success(), "{command:?} failed ({})", output.status);
     Ok(serde_json::from_slice(&output.stdout)?)
 }

@@ -1,4 +1,4 @@
-//! The figures as a table for people and as JSON for programs.
+//! Formats the measurements as a text table and as JSON.
 
 use std::fmt::Write;
 
@@ -10,43 +10,45 @@ use crate::{
     peers::PeerFigures,
     room::RoomFigures,
     round_trip::{Percentiles, RoundTripFigures},
-    scale::{MOTION_TIME_S, ScaleFigures},
+    scale::{MOTION_TIME_S, SUCCESS_STEPS, ScaleFigures},
     start_up::StartUpFigures,
     training::TrainingFigures,
 };
 
-/// Everything that was measured.
+/// The measurements of one run.
 pub struct Report {
     pub room: Vec<RoomFigures>,
     pub learner: Vec<LearnerFigures>,
     pub round_trip: RoundTripFigures,
     pub start_up: StartUpFigures,
     pub training: TrainingFigures,
-    /// Trainings in rooms that take their time, by how many of them there are.
+    /// Training runs in ascending order of the number of simulators; empty without `--scale`.
     pub scale: Vec<ScaleFigures>,
     pub peers: PeerFigures,
 }
 
 impl Report {
-    /// A row a figure: what, how much, and beside which ruler.
+    /// Returns the table, with one row per measurement: name, value, comparison with a baseline.
     pub fn table(&self) -> String {
         let mut rows: Vec<[String; 3]> = Vec::new();
-        let mut row = |what: &str, value: String, beside: String| {
-            rows.push([what.to_owned(), value, beside]);
+        let mut row = |name: &str, value: String, comparison: String| {
+            rows.push([name.to_owned(), value, comparison]);
         };
-        let ratio = |value: f64, ruler: f64, name: &str| format!("{:.2} x {name}", value / ruler);
+        let ratio =
+            |value: f64, baseline: f64, name: &str| format!("{:.2} x {name}", value / baseline);
         for figures in &self.learner {
             let preset = figures.preset;
-            row("sgemm", format!("{:.1} GFLOP/s", figures.sgemm_gflops), "the ruler".into());
-            let mut beside = ratio(
+            row("sgemm", format!("{:.1} GFLOP/s", figures.sgemm_gflops), "baseline".into());
+            let mut comparison = ratio(
                 figures.update_us,
                 figures.update_roofline_us,
-                &format!("its {:.0} us of sgemm", figures.update_roofline_us),
+                &format!("the sgemm roofline ({:.0} us)", figures.update_roofline_us),
             );
             if let Some(torch) = self.peers.torch_update_us(preset) {
-                write!(beside, "; PyTorch {torch:.0} us, {:.1} x", torch / figures.update_us).ok();
+                let times = torch / figures.update_us;
+                write!(comparison, "; PyTorch {torch:.0} us, {times:.1} x").ok();
             }
-            row(&format!("update, {preset}"), format!("{:.1} us", figures.update_us), beside);
+            row(&format!("update, {preset}"), format!("{:.1} us", figures.update_us), comparison);
             row(
                 &format!("inference, {preset}"),
                 format!("{:.2} us", figures.inference_us),
@@ -57,48 +59,50 @@ impl Report {
         let times = |times: &Percentiles| {
             format!("{:.0} / {:.0} / {:.0} us", times.p50, times.p99, times.p999)
         };
-        row("bare UDP round trip, p50 / p99 / p99.9", times(udp), "the ruler".into());
-        row("plain ros2-client service", times(plain), "the ruler".into());
-        let beside = ratio(step.p50, plain.p50, "plain")
+        row("bare UDP round trip, p50 / p99 / p99.9", times(udp), "baseline".into());
+        row("plain ros2-client service", times(plain), "baseline".into());
+        let comparison = ratio(step.p50, plain.p50, "plain service")
             + &format!("; p99.9 is {:.1} x p50", step.p999 / step.p50);
-        row("step of sim_node", times(step), beside);
+        row("sim_node step", times(step), comparison);
         if let Some(cyclone) = self.peers.cyclone_rtt_us {
-            row("CycloneDDS from Python", format!("{cyclone:.0} us"), "a peer".into());
+            row("CycloneDDS from Python", format!("{cyclone:.0} us"), "reference".into());
         }
         if let Some(ddsperf) = self.peers.ddsperf_rtt_us {
-            row("CycloneDDS's ddsperf", format!("{ddsperf:.0} us"), "a peer".into());
+            row("CycloneDDS's ddsperf", format!("{ddsperf:.0} us"), "reference".into());
         }
         let StartUpFigures { publisher_later_s, subscriber_later_s } = self.start_up;
         row(
-            "start of sim_node to its first image elsewhere",
+            "time from sim_node start to first image",
             format!("{publisher_later_s:.2} s"),
-            format!("{subscriber_later_s:.2} s where the subscriber starts later"),
+            format!("{subscriber_later_s:.2} s from the start of a late-joining subscriber"),
         );
         let training = &self.training;
+        let (wall_ratio, updates_s) = (training.wall_ratio(), training.updates_s());
         row(
             &format!("training over DDS, {} steps", training.steps),
             format!("{:.1} s", training.wall_s),
-            format!("{:.2} x its {:.1} s of updates", training.wall_ratio(), training.updates_s()),
+            format!("{wall_ratio:.2} x the total update time ({updates_s:.1} s)"),
         );
-        let mut beside = String::new();
-        if let Some(sb3) = self.peers.sb3_steps_per_s {
-            beside = format!(
-                "{:.1} x Stable-Baselines3's {sb3:.0}",
-                training.over_dds_steps_per_s / sb3
-            );
-        }
-        row("training over DDS", format!("{:.0} steps/s", training.over_dds_steps_per_s), beside);
+        let steps_per_s = training.over_dds_steps_per_s;
+        let comparison = self.peers.sb3_steps_per_s.map_or_else(String::new, |sb3| {
+            format!("{:.1} x Stable-Baselines3 ({sb3:.0} steps/s)", steps_per_s / sb3)
+        });
+        row("training over DDS", format!("{steps_per_s:.0} steps/s"), comparison);
         row(
             "training in one process",
             format!("{:.0} steps/s", training.in_process_steps_per_s),
             String::new(),
         );
         for figures in &self.scale {
-            let success = figures.success_s.map_or("never".to_owned(), |s| format!("{s:.0} s"));
+            let success =
+                figures.success_s.map_or("not reached".to_owned(), |s| format!("after {s:.0} s"));
             row(
-                &format!("{} rooms, {MOTION_TIME_S} s a move", figures.rooms),
+                &format!("{} simulators, {MOTION_TIME_S} s per move", figures.rooms),
                 format!("{:.0} steps/s", figures.steps_per_s),
-                format!("{:.0} s in all, {success} until 9 of 10 escape soon", figures.wall_s),
+                format!(
+                    "{:.0} s in total; 90 % of episodes within {SUCCESS_STEPS} steps: {success}",
+                    figures.wall_s
+                ),
             );
         }
         for figures in &self.room {
@@ -117,19 +121,19 @@ impl Report {
             |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
         let (first, second) = (width(0), width(1));
         rows.iter()
-            .map(|[what, value, beside]| {
-                let line = format!("{what:first$}  {value:>second$}  {beside}");
+            .map(|[name, value, comparison]| {
+                let line = format!("{name:first$}  {value:>second$}  {comparison}");
                 line.trim_end().to_owned() + "\n"
             })
             .collect()
     }
 
-    /// The figures under stable names.
+    /// Returns the measurements as JSON. The keys are a stable interface.
     pub fn json(&self) -> serde_json::Result<String> {
         let percentiles = |p: &Percentiles| json!({"p50": p.p50, "p99": p.p99, "p999": p.p999});
-        let steps_per_s = |wanted: Scenario| -> Value {
-            let found = self.room.iter().find(|figures| figures.scenario == wanted);
-            found.map_or(Value::Null, |figures| figures.steps_per_s.into())
+        let steps_per_s = |scenario: Scenario| -> Value {
+            let figures = self.room.iter().find(|figures| figures.scenario == scenario);
+            figures.map_or(Value::Null, |figures| figures.steps_per_s.into())
         };
         let presets: serde_json::Map<String, Value> = self
             .learner

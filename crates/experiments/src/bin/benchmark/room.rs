@@ -1,4 +1,4 @@
-//! The simulator in this process: motion, contact and camera.
+//! Measures the simulator in this process: motion, collision checks and camera.
 
 use std::{num::NonZeroU64, time::Instant};
 
@@ -13,10 +13,10 @@ use crate::median;
 const ROUNDS: usize = 15;
 const STEPS_A_ROUND: u32 = 20_000;
 
-/// The figures of a scenario.
+/// The measurements of one scenario.
 pub struct RoomFigures {
     pub scenario: Scenario,
-    /// Steps with their frames, and the resets between them.
+    /// Median number of steps per second, including resets and the rendering of each step's image.
     pub steps_per_s: f64,
 }
 
@@ -36,7 +36,7 @@ fn steps_per_s(scenario: Scenario) -> anyhow::Result<f64> {
     for _ in 0..ROUNDS {
         let started = Instant::now();
         for _ in 0..STEPS_A_ROUND {
-            // Any actions: a linear congruential generator costs nothing.
+            // A linear congruential generator: random actions at negligible cost.
             random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             let outcome = world.step(Action::try_from((random >> 24) as u8 % 7)?)?;
             std::hint::black_box(camera.render(&world));

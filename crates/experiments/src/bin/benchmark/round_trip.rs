@@ -1,4 +1,5 @@
-//! The round trip of a step, beside that of a plain ros2-client service and of a bare datagram.
+//! Measures the round-trip time of a step and of its two baselines: a plain ros2-client service and
+//! a bare UDP datagram.
 
 use std::{
     net::UdpSocket,
@@ -7,7 +8,7 @@ use std::{
 };
 
 use evac_msgs::{Reset, Step, reset, step};
-use experiments::{Nodes, PATIENCE};
+use experiments::{Nodes, TIMEOUT};
 use ros_interfaces::{RosService, sensor_msgs::Image, std_msgs::Header};
 use ros_runtime::{
     discovery::Discovery,
@@ -22,13 +23,13 @@ use crate::percentile;
 
 const ROUNDS: usize = 8;
 const CALLS_A_ROUND: u32 = 4000;
-/// RustDDS's memory grows until it clears its caches for the first time, after 6 s.
+/// RustDDS clears its caches for the first time after 6 s; until then its memory grows.
 const WARM_UP: Duration = Duration::from_secs(7);
 const UDP_PORT_VARIABLE: &str = "EVAC_BENCHMARK_PORT";
 const PLAIN_SERVICE: &str = "/plain_step";
 const PLAIN_REQUEST: step::Request = step::Request { episode: 1, step: 1, action: 3 };
 
-/// Percentiles in microseconds.
+/// Percentiles of the round-trip time, in microseconds.
 pub struct Percentiles {
     pub p50: f64,
     pub p99: f64,
@@ -45,11 +46,11 @@ impl Percentiles {
     }
 }
 
-/// Round trips between two processes on this machine.
+/// Round-trip times between two processes on this machine.
 pub struct RoundTripFigures {
-    /// A datagram of 16 bytes there, one of 480 back.
+    /// Bare UDP: a request of 16 bytes and a reply of 480 bytes.
     pub udp: Percentiles,
-    /// ros2-client's asynchronous client and server with the messages and QoS of a step.
+    /// ros2-client's asynchronous client and server, with the messages and QoS of a step.
     pub plain: Percentiles,
     /// A step of `sim_node`.
     pub step: Percentiles,
@@ -57,32 +58,33 @@ pub struct RoundTripFigures {
 
 pub fn measure() -> anyhow::Result<RoundTripFigures> {
     let mut nodes = Nodes::new();
-    // ros2-client's Spinner subscribes to /clock. Each step would be published to both nodes of the plain
-    // service, which are there only to be measured.
-    let unheard = "/clock:=/sim_node/clock";
-    let arguments = ["--ros-args", "-r", unheard, "-p", "max_steps:=1000000000"];
+    // ros2-client's Spinner subscribes to /clock. Without this remapping, sim_node would also send
+    // the clock to the two nodes of the plain service on every step, which would slow down steps.
+    let private_clock = "/clock:=/sim_node/clock";
+    let arguments = ["--ros-args", "-r", private_clock, "-p", "max_steps:=1000000000"];
     nodes.start_beside("sim_node", "sim_node", &arguments);
-    // Made before our own node and dropped after it, which mutes RustDDS: its last words are errors
-    // that are none.
+    // The plain client is created before our own node and dropped after it: our node silences
+    // RustDDS, which logs spurious errors when a participant shuts down.
     let (plain, plain_node) = plain_client(&nodes.discovery(Security::Off))?;
     let mut node = nodes.client();
     let own = std::env::current_exe()?;
-    let _plain_server = Ended(nodes.command(&own).arg("plain-server").spawn()?);
+    let _plain_server = KillOnDrop(nodes.command(&own).arg("plain-server").spawn()?);
     let udp = Udp::new(&mut nodes.command(&own))?;
 
     let steps = node.create_client::<Step>("step")?;
     let resets = node.create_client::<Reset>("reset")?;
-    node.block_on(steps.wait_until_ready(Some(PATIENCE)))?;
+    node.block_on(steps.wait_until_ready(Some(TIMEOUT)))?;
     let reset = reset::Request { request: 1, seed: 1, scenario: "three_cylinders".into() };
-    let mut latest = node.block_on(resets.call(reset, Some(PATIENCE)))?;
+    let mut latest = node.block_on(resets.call(reset, Some(TIMEOUT)))?;
     anyhow::ensure!(latest.success, "{}", latest.message);
     futures::executor::block_on(plain.wait_for_service(&plain_node));
-    // No server can tell whether it is known on the way back: its first answers may be lost.
+    // A server cannot tell whether the client's reply reader is matched, so its first replies may
+    // be lost.
     let first_call =
         || tokio::time::timeout(Duration::from_secs(1), plain.async_call_service(PLAIN_REQUEST));
     while node.block_on(async { first_call().await.is_err() }) {}
 
-    let (mut of_udp, mut of_plain, mut of_step) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut udp_us, mut plain_us, mut step_us) = (Vec::new(), Vec::new(), Vec::new());
     let mut number = 0;
     let mut seed = 1;
     let mut call_step = || -> anyhow::Result<f64> {
@@ -90,14 +92,14 @@ pub fn measure() -> anyhow::Result<RoundTripFigures> {
         let request =
             step::Request { episode: latest.episode, step: number, action: (number % 7) as u8 };
         let started = Instant::now();
-        let response = node.block_on(steps.call(request, Some(PATIENCE)))?;
+        let response = node.block_on(steps.call(request, Some(TIMEOUT)))?;
         let time = started.elapsed().as_secs_f64() * 1e6;
         anyhow::ensure!(response.success, "{}", response.message);
         if response.terminated || response.truncated {
             (number, seed) = (0, seed + 1);
             let scenario = "three_cylinders".to_owned();
             let request = reset::Request { request: seed, seed, scenario };
-            latest = node.block_on(resets.call(request, Some(PATIENCE)))?;
+            latest = node.block_on(resets.call(request, Some(TIMEOUT)))?;
         }
         Ok(time)
     };
@@ -110,49 +112,51 @@ pub fn measure() -> anyhow::Result<RoundTripFigures> {
     }
     for _ in 0..ROUNDS {
         for _ in 0..CALLS_A_ROUND {
-            of_udp.push(udp.call()?);
+            udp_us.push(udp.call()?);
         }
         for _ in 0..CALLS_A_ROUND {
-            of_plain.push(call_plain(&plain)?);
+            plain_us.push(call_plain(&plain)?);
         }
         for _ in 0..CALLS_A_ROUND {
-            of_step.push(call_step()?);
+            step_us.push(call_step()?);
         }
     }
     Ok(RoundTripFigures {
-        udp: Percentiles::of(of_udp),
-        plain: Percentiles::of(of_plain),
-        step: Percentiles::of(of_step),
+        udp: Percentiles::of(udp_us),
+        plain: Percentiles::of(plain_us),
+        step: Percentiles::of(step_us),
     })
 }
 
-/// A process that ends with this value.
-struct Ended(Child);
+/// A child process that is killed when this value is dropped.
+struct KillOnDrop(Child);
 
-impl Drop for Ended {
+impl Drop for KillOnDrop {
     fn drop(&mut self) {
         let _ = self.0.kill();
         let _ = self.0.wait();
     }
 }
 
+/// A UDP client and its echo process.
 struct Udp {
     socket: UdpSocket,
-    _echo: Ended,
+    _echo: KillOnDrop,
 }
 
 impl Udp {
     fn new(command: &mut Command) -> anyhow::Result<Udp> {
         let socket = UdpSocket::bind("127.0.0.1:0")?;
-        socket.set_read_timeout(Some(PATIENCE))?;
+        socket.set_read_timeout(Some(TIMEOUT))?;
         let port = socket.local_addr()?.port().to_string();
-        let echo = Ended(command.arg("udp-echo").env(UDP_PORT_VARIABLE, port).spawn()?);
-        // Its first datagram says where it is.
+        let echo = KillOnDrop(command.arg("udp-echo").env(UDP_PORT_VARIABLE, port).spawn()?);
+        // The echo process announces its address with its first datagram.
         let (_, address) = socket.recv_from(&mut [0; 512])?;
         socket.connect(address)?;
         Ok(Udp { socket, _echo: echo })
     }
 
+    /// Returns the time of one round trip, in microseconds.
     fn call(&self) -> anyhow::Result<f64> {
         let started = Instant::now();
         self.socket.send(&[0; 16])?;
@@ -161,7 +165,7 @@ impl Udp {
     }
 }
 
-/// The other side of the bare datagrams.
+/// Runs the remote end of the UDP round trips; does not return unless the socket fails.
 pub fn udp_echo() -> anyhow::Result<()> {
     let port: u16 = std::env::var(UDP_PORT_VARIABLE)?.parse()?;
     let socket = UdpSocket::bind("127.0.0.1:0")?;
@@ -180,7 +184,7 @@ fn services() -> QosProfile {
 fn plain_node(discovery: &Discovery, name: &str) -> anyhow::Result<Node> {
     let context = Context::from_domain_participant(discovery.participant(Default::default())?)?;
     let mut node = context.new_node(NodeName::new("/", name)?, NodeOptions::new())?;
-    // ros2-client's Spinner tells its node when the other side is there.
+    // Without a running Spinner, a ros2-client node does not discover remote endpoints.
     let spinner = node.spinner()?;
     std::thread::spawn(move || futures::executor::block_on(spinner.spin()));
     Ok(node)
@@ -206,7 +210,7 @@ fn call_plain(client: &PlainClient) -> anyhow::Result<f64> {
     Ok(started.elapsed().as_secs_f64() * 1e6)
 }
 
-/// The other side of the plain service: answers with an image as a step does.
+/// Runs the remote end of the plain service, which replies with an image, as a step does.
 pub fn plain_server() -> anyhow::Result<()> {
     let mut node =
         plain_node(&Discovery::from_environment(&EnclaveName::default())?, "plain_server")?;

@@ -1,22 +1,22 @@
-//! How soon a node that starts is heard, and how soon it hears.
+//! Measures discovery: the time from the start of a publisher or subscriber to the first image.
 
 use std::time::Instant;
 
-use experiments::{Nodes, PATIENCE};
+use experiments::{Nodes, TIMEOUT};
 use ros_interfaces::sensor_msgs::Image;
 use ros_runtime::node::{Node, reliable};
 
 use crate::median;
 
 const ROUNDS: usize = 7;
-/// A camera that shows something without being asked.
+/// Makes the simulator publish images continuously, without any service call.
 const CAMERA: &str = "frame_rate:=100.0";
 
-/// Seconds from the start of the later one to the first image that a subscriber has.
+/// Median time from the start of the later endpoint to the first image received, in seconds.
 pub struct StartUpFigures {
-    /// The subscriber was there, and `sim_node` starts, as a process.
+    /// The `sim_node` process starts while a subscriber is waiting.
     pub publisher_later_s: f64,
-    /// `sim_node` was there, and a participant with a subscriber starts.
+    /// A participant with a subscriber starts while `sim_node` is running.
     pub subscriber_later_s: f64,
 }
 
@@ -25,17 +25,16 @@ pub fn measure() -> anyhow::Result<StartUpFigures> {
     for _ in 0..ROUNDS {
         let mut nodes = Nodes::new();
         let early = nodes.client();
-        let listening = early.create_subscription::<Image>("camera/image", reliable(1))?;
+        let images = early.create_subscription::<Image>("camera/image", reliable(1))?;
         let started = Instant::now();
         nodes.start_simulator(&[CAMERA]);
-        early
-            .block_on(async { tokio::time::timeout(PATIENCE, listening.async_take()).await })??;
+        early.block_on(async { tokio::time::timeout(TIMEOUT, images.async_take()).await })??;
         publisher_later.push(started.elapsed().as_secs_f64());
 
         let started = Instant::now();
         let late: Node = nodes.client();
-        let listening = late.create_subscription::<Image>("camera/image", reliable(1))?;
-        late.block_on(async { tokio::time::timeout(PATIENCE, listening.async_take()).await })??;
+        let images = late.create_subscription::<Image>("camera/image", reliable(1))?;
+        late.block_on(async { tokio::time::timeout(TIMEOUT, images.async_take()).await })??;
         subscriber_later.push(started.elapsed().as_secs_f64());
     }
     Ok(StartUpFigures {

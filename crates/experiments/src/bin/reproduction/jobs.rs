@@ -1,18 +1,18 @@
-//! What there is to train and to test.
+//! The training runs and evaluations of the reproduction.
 
 use std::path::{Path, PathBuf};
 
 use learning::settings::Preset;
 use task::{Scenario, seeds::MIXED};
 
-/// Episodes of each test.
-const TEST_EPISODES: &str = "2000";
+/// Number of episodes in each evaluation.
+const EVALUATION_EPISODES: &str = "2000";
 
-/// A training with its test, or another test of what was trained.
+/// A training run with its evaluation, or a separate evaluation of a trained model.
 pub struct Job {
-    /// About its share of the time.
+    /// Expected duration relative to the other jobs, used to estimate the remaining time.
     pub weight: u32,
-    /// The file that it leaves when it is done.
+    /// The file whose existence marks the job as done.
     file: PathBuf,
     arguments: Vec<String>,
 }
@@ -27,7 +27,7 @@ impl Job {
         let arguments = [
             ["train", "--scenario", scenario],
             ["--preset", &preset.to_string(), "--seed"],
-            [&seed.to_string(), "--evaluation-episodes", TEST_EPISODES],
+            [&seed.to_string(), "--evaluation-episodes", EVALUATION_EPISODES],
         ];
         let mut arguments: Vec<String> =
             arguments.as_flattened().iter().map(|a| a.to_string()).collect();
@@ -35,12 +35,12 @@ impl Job {
         Job { weight, file: directory.join("report.html"), arguments }
     }
 
-    fn test(model: &Path, scenario: &str) -> Job {
+    fn evaluation(model: &Path, scenario: &str) -> Job {
         let out = model.join(scenario);
         let (model, directory) = (model.display().to_string(), out.display().to_string());
         let arguments = [
             ["evaluate", "--model", &model, "--scenario"],
-            [scenario, "--episodes", TEST_EPISODES, "--out"],
+            [scenario, "--episodes", EVALUATION_EPISODES, "--out"],
         ];
         let mut arguments: Vec<String> =
             arguments.as_flattened().iter().map(|a| a.to_string()).collect();
@@ -48,17 +48,17 @@ impl Job {
         Job { weight: 1, file: out.join("evaluation.json"), arguments }
     }
 
-    /// Whether it was done.
+    /// Returns whether the job has been completed, in this or an earlier run.
     pub fn is_done(&self) -> bool {
         self.file.exists()
     }
 
-    /// Where its files go.
+    /// Returns the directory that contains the job's files.
     pub fn directory(&self) -> &Path {
         self.file.parent().unwrap_or(&self.file)
     }
 
-    /// The arguments of `evac`; a training that was stopped goes on.
+    /// Returns the arguments for `evac`. An interrupted training run is resumed.
     pub fn arguments(&self) -> Vec<String> {
         let mut arguments = self.arguments.clone();
         if self.directory().join("checkpoint.safetensors").exists() {
@@ -68,7 +68,7 @@ impl Job {
     }
 }
 
-/// All jobs, in their order.
+/// Returns all jobs in the order in which they run.
 pub fn all(seeds: u32, out: &Path) -> Vec<Job> {
     let mut jobs = Vec::new();
     for seed in 0..seeds {
@@ -79,7 +79,7 @@ pub fn all(seeds: u32, out: &Path) -> Vec<Job> {
         }
         jobs.push(Job::training(out, MIXED, Preset::Robust, seed));
         let model = out.join(format!("{MIXED}-{}-seed{seed}", Preset::Robust));
-        jobs.extend(Scenario::ALL.map(|scenario| Job::test(&model, scenario.name())));
+        jobs.extend(Scenario::ALL.map(|scenario| Job::evaluation(&model, scenario.name())));
     }
     jobs
 }

@@ -1,6 +1,6 @@
-//! Trains both presets in every scenario, and one policy for all of them, each with several seeds, over
-//! DDS; tests what was trained; writes `reproduction.json`, the tables of `docs/results.md` and the
-//! short one of `README.md`. `evac reproduce` starts it.
+//! Trains both presets in every scenario, and one policy for all scenarios, over DDS with several
+//! seeds each, and evaluates the policies. Writes `reproduction.json`, the tables in
+//! `docs/results.md` and the short table in `README.md`. `evac reproduce` runs this program.
 
 mod jobs;
 
@@ -17,14 +17,14 @@ use experiments::{repository, reproduction::Reproduction};
 
 use self::jobs::Job;
 
-/// Trains and tests everything that the results show; it takes hours. What was done when it is stopped
-/// is not done again.
+/// Performs all training runs and evaluations behind the published results; takes an hour or more.
+/// After an interruption, the same command continues with the remaining jobs.
 #[derive(Parser)]
 struct CommandLine {
-    /// Seeds of each training, from 0
+    /// Number of seeds per preset and scenario; the first seed is 0
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=99))]
     seeds: u32,
-    /// Where the trainings go
+    /// Output directory for the training runs
     #[arg(long, default_value = "runs/reproduction")]
     out: PathBuf,
 }
@@ -36,11 +36,11 @@ fn main() -> anyhow::Result<ExitCode> {
     let jobs = jobs::all(seeds, &out);
     let total: u32 = jobs.iter().map(|job| job.weight).sum();
     let mut left: u32 = jobs.iter().filter(|job| !job.is_done()).map(|job| job.weight).sum();
-    let (mut spent, mut worked) = (Duration::ZERO, 0);
+    let (mut spent, mut completed) = (Duration::ZERO, 0);
     for job in jobs.iter().filter(|job| !job.is_done()) {
-        let estimate = match worked {
+        let estimate = match completed {
             0 => String::new(),
-            _ => format!(", about {} min left", (spent * left / worked).as_secs() / 60 + 1),
+            _ => format!(", about {} min left", (spent * left / completed).as_secs() / 60 + 1),
         };
         let directory = job.directory();
         let name = directory.strip_prefix(&out).unwrap_or(directory).display();
@@ -48,24 +48,24 @@ fn main() -> anyhow::Result<ExitCode> {
         let started = Instant::now();
         run(job)?;
         if !job.is_done() {
-            // It was interrupted, and saved its checkpoint.
+            // evac was interrupted and saved a checkpoint; 130 is the exit code for SIGINT.
             return Ok(ExitCode::from(130));
         }
         spent += started.elapsed();
-        worked += job.weight;
+        completed += job.weight;
         left -= job.weight;
     }
     let root = repository();
     let reproduction = Reproduction::read(&out)?;
-    reproduction.write_json(&root.join("reproduction.json"))?;
+    reproduction.write_json(&root.join("results/reproduction.json"))?;
     reproduction.write_results(&root.join("docs/results.md"))?;
     reproduction.write_readme(&root.join("README.md"))?;
-    println!("The results are in docs/results.md and reproduction.json.");
+    println!("Wrote docs/results.md, README.md and results/reproduction.json.");
     Ok(ExitCode::SUCCESS)
 }
 
-/// Runs a job by `evac`, whose output goes to a file beside its directory. Ctrl-C reaches it, too, and it
-/// saves what it has.
+/// Runs a job with `evac` and writes its output to a log file next to the job's directory. Ctrl-C
+/// also reaches `evac`, which then saves a checkpoint.
 fn run(job: &Job) -> anyhow::Result<()> {
     let directory = job.directory();
     fs::create_dir_all(directory).with_context(|| directory.display().to_string())?;
@@ -76,7 +76,7 @@ fn run(job: &Job) -> anyhow::Result<()> {
     command.args(job.arguments()).stdin(Stdio::null()).stdout(file.try_clone()?).stderr(file);
     let status = command.status().with_context(|| evac.display().to_string())?;
     if !status.success() {
-        bail!("{} has ended with {status}; the whole log is {}", last_lines(&log), log.display());
+        bail!("{}\nevac failed ({status}); full log: {}", last_lines(&log), log.display());
     }
     Ok(())
 }

@@ -1,5 +1,6 @@
-//! The pair over a network that loses, repeats, delays and is cut off, for a million steps: what was
-//! lost or repeated of them, and what the nodes hold. `launch_scripts/soak.sh` runs it.
+//! The soak test: a training run of a million steps over a network that loses, duplicates and
+//! delays frames and is cut at intervals. Counts lost and duplicated steps and monitors the
+//! resource usage of both nodes. `launch_scripts/soak.sh` runs this program.
 
 mod report;
 mod watcher;
@@ -24,79 +25,85 @@ use ros_runtime::{
 
 use self::{report::Report, watcher::Watcher};
 
-/// Both nodes have all that they need after so many steps; from here on they should not grow.
+/// Number of steps after which both nodes have allocated what they need. From then on, their memory
+/// must not grow by more than 5 %, and their number of open files must not grow at all.
 const SETTLED_STEPS: u64 = 50_000;
-/// How many steps lie between two looks at what the nodes hold.
+/// Minimum number of steps between two samples of the nodes' resource usage.
 const SAMPLE_STEPS: u64 = 20_000;
 const MAX_STEPS: u32 = 100;
 const SEED: u64 = 0;
 const PRESET: Preset = Preset::Paper;
-/// Half of the moves are random, so that episodes are long: the agent keeps a record of each.
-const LEAST_EPSILON: f64 = 0.5;
-/// All of them, one after the other.
+/// Makes each move random with a probability of at least 0.5. Episodes are therefore long, and a
+/// million steps need few episodes. The agent keeps a record of every episode in memory, so fewer
+/// episodes mean less memory growth.
+const MIN_EPSILON: f64 = 0.5;
+/// A randomly drawn scenario for each episode.
 const SCENARIO: &str = "mixed";
-/// How long the network is cut off each time.
+/// Duration of each network cut.
 const CUT: Duration = Duration::from_secs(5);
-/// No step, for so long, is a failure: RustDDS counts somebody who is gone for 50 s.
-const STANDSTILL: Duration = Duration::from_secs(120);
-/// A report on /diagnostics comes each second; the last one, after the last step.
+/// The soak test fails if no step is executed for this long. RustDDS drops a silent participant
+/// only after 50 s.
+const STEP_TIMEOUT: Duration = Duration::from_secs(120);
+/// Time to wait for the last report on `/diagnostics`. Reports are published once per second.
 const LAST_REPORT: Duration = Duration::from_secs(3);
 
-/// A training of a million steps over a bad network: which steps were lost or repeated, whether the result
-/// is that of the same training without a network, and whether the nodes grow. It makes two network
-/// namespaces and a relay between them, for which it needs root, Linux, util-linux and iproute2.
+/// Trains for a million steps over an unreliable network. Fails if a step is lost or executed
+/// twice, if the result differs from that of the same training run without a network, or if a
+/// node's memory or number of open files grows. Creates two network namespaces with a relay between
+/// them; needs root, Linux, util-linux and iproute2.
 #[derive(Parser)]
 struct CommandLine {
-    /// Training episodes, each in a scenario that is drawn for it
+    /// Number of training episodes, each in a randomly drawn scenario
     #[arg(long, default_value_t = 28_000)]
     episodes: u32,
-    /// The chance that a frame of the network is lost
+    /// Probability that a frame is lost
     #[arg(long, default_value_t = 0.002)]
     loss: f64,
-    /// The chance that a frame comes twice
+    /// Probability that a frame is duplicated
     #[arg(long, default_value_t = 0.01)]
     repetition: f64,
-    /// The longest delay of a frame, in milliseconds; each has its own, so they overtake each other
+    /// Maximum delay of a frame, in milliseconds; delays are random, so frames can be reordered
     #[arg(long, default_value_t = 0.2)]
     delay: f64,
-    /// The network is cut off for 5 s after so many steps, again and again
+    /// Number of steps between network cuts, each of which lasts 5 s
     #[arg(long, default_value_t = 100_000)]
     cut_interval: u64,
-    /// Where the figures go, as JSON
+    /// Output file (JSON)
     #[arg(long, default_value = "soak.json")]
     out: PathBuf,
 }
 
-/// What a node holds.
+/// The resource usage of a node.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
-pub struct Holdings {
-    /// Resident, in MB of 10^6 bytes.
+pub struct ResourceUsage {
+    /// Resident memory, in MB (10^6 bytes).
     pub memory_mb: f64,
-    /// Open files, sockets and the like.
+    /// Number of open file descriptors.
     pub handles: usize,
 }
 
-/// What both nodes hold, after so many steps.
+/// The resource usage of both nodes at one point during training.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
 pub struct Sample {
-    /// Those that the simulator has executed.
+    /// Steps that the simulator has executed so far.
     pub steps: u64,
-    /// `sim_node`.
-    pub sim: Holdings,
-    /// `agent_node`.
-    pub agent: Holdings,
+    /// Resource usage of `sim_node`.
+    pub sim: ResourceUsage,
+    /// Resource usage of `agent_node`.
+    pub agent: ResourceUsage,
 }
 
 fn main() -> anyhow::Result<()> {
     let command_line = CommandLine::parse();
     let CommandLine { episodes, loss, repetition, cut_interval, .. } = command_line;
     for (name, chance) in [("loss", loss), ("repetition", repetition)] {
-        ensure!((0.0..1.0).contains(&chance), "--{name} is {chance}: expected 0 to less than 1");
+        ensure!((0.0..1.0).contains(&chance), "--{name} is {chance} (expected: 0 to less than 1)");
     }
-    ensure!(cut_interval > 0, "--cut-interval is 0: expected a number of steps");
+    ensure!(cut_interval > 0, "--cut-interval is 0 (expected: at least 1)");
     let delay = Duration::try_from_secs_f64(command_line.delay / 1000.0)
         .map_err(|error| anyhow!("--delay is {}: {error}", command_line.delay))?;
-    Network::is_possible().map_err(|reason| anyhow!("no network of our own here: {reason}"))?;
+    Network::check_requirements()
+        .map_err(|reason| anyhow!("cannot emulate a network: {reason}"))?;
 
     let network = Network::new(Faults { loss, repetition, delay }, SEED)?;
     let mut nodes = Nodes::new();
@@ -112,8 +119,8 @@ fn main() -> anyhow::Result<()> {
         format!("seed:={SEED}"),
         format!("scenario:={SCENARIO}"),
         format!("preset:={PRESET}"),
-        format!("epsilon_min:={LEAST_EPSILON}"),
-        // Nothing but the training, and it makes each of the simulator's steps.
+        format!("epsilon_min:={MIN_EPSILON}"),
+        // Without an evaluation, every step that the simulator counts is a training step.
         "evaluation_episodes:=0".to_owned(),
     ];
     let parameters = parameters.each_ref().map(String::as_str);
@@ -122,17 +129,17 @@ fn main() -> anyhow::Result<()> {
     let begin = Instant::now();
     let bar = progress_bar(episodes);
     let (mut samples, mut last, mut cuts) = (Vec::<Sample>::new(), None, 0);
-    let mut progress = (0, Instant::now());
+    let (mut latest_steps, mut latest_step_at) = (0, Instant::now());
     while nodes.ended("agent_node").is_none() {
         std::thread::sleep(Duration::from_millis(200));
         let steps = watcher.steps();
         bar.set_position(watcher.episodes());
-        if steps > progress.0 {
-            progress = (steps, Instant::now());
+        if steps > latest_steps {
+            (latest_steps, latest_step_at) = (steps, Instant::now());
         }
-        let is_going_on = progress.1.elapsed() < STANDSTILL;
-        ensure!(is_going_on, "nothing goes on:\n{}", nodes.log("agent_node"));
-        let [sim, agent] = ["sim_node", "agent_node"].map(|name| holdings(&mut nodes, name));
+        let is_stepping = latest_step_at.elapsed() < STEP_TIMEOUT;
+        ensure!(is_stepping, "no step within {STEP_TIMEOUT:?}:\n{}", nodes.log("agent_node"));
+        let [sim, agent] = ["sim_node", "agent_node"].map(|name| resource_usage(&mut nodes, name));
         if let (Some(sim), Some(agent)) = (sim, agent) {
             let sample = Sample { steps, sim, agent };
             let due = samples.last().map_or(SETTLED_STEPS, |sample| sample.steps + SAMPLE_STEPS);
@@ -143,26 +150,29 @@ fn main() -> anyhow::Result<()> {
         }
         if steps >= (cuts + 1) * cut_interval {
             cuts += 1;
-            network.set_cut(true);
+            network.set_partitioned(true);
             std::thread::sleep(CUT);
-            network.set_cut(false);
+            network.set_partitioned(false);
         }
     }
     bar.finish_and_clear();
     nodes.succeed("agent_node", Duration::ZERO);
     let took = begin.elapsed();
     std::thread::sleep(LAST_REPORT);
-    ensure!(nodes.ended("sim_node").is_none(), "sim_node has ended:\n{}", nodes.log("sim_node"));
+    ensure!(nodes.ended("sim_node").is_none(), "sim_node exited:\n{}", nodes.log("sim_node"));
 
-    eprintln!("the same training once more, in one process and without a network ...");
-    let outcome = Outcome::left_in(&out);
+    eprintln!("repeating the training run in one process without a network ...");
+    let outcome = Outcome::read_from(&out);
     let plan = Plan { scenario: SCENARIO.to_owned(), episodes, seed: SEED, rooms: 1 };
     let mut settings = PRESET.settings();
-    settings.exploration.epsilon.minimum = LEAST_EPSILON;
+    settings.exploration.epsilon.minimum = MIN_EPSILON;
     let undisturbed = Outcome::with_settings(plan, settings, MAX_STEPS, &nodes.path("here"));
     let steps = outcome.steps();
-    let too_short =
-        || anyhow!("{episodes} episodes are {steps} steps, less than {SETTLED_STEPS}: give more");
+    let too_short = || {
+        anyhow!(
+            "--episodes is {episodes}: {steps} steps in total (expected: at least {SETTLED_STEPS})"
+        )
+    };
     let report = Report {
         steps,
         executed: watcher.steps(),
@@ -177,17 +187,18 @@ fn main() -> anyhow::Result<()> {
     };
     print!("{}", report.table());
     std::fs::write(&command_line.out, report.json()?)?;
-    println!("\nThe figures are in {}.", command_line.out.display());
+    println!("\nWrote {}.", command_line.out.display());
     report.check()
 }
 
-fn holdings(nodes: &mut Nodes, name: &str) -> Option<Holdings> {
+/// Returns the resource usage of a node; `None` once its process has exited.
+fn resource_usage(nodes: &mut Nodes, name: &str) -> Option<ResourceUsage> {
     let (memory_mb, handles) = (nodes.memory_mb(name), nodes.handles(name)?);
-    memory_mb.is_finite().then_some(Holdings { memory_mb, handles })
+    memory_mb.is_finite().then_some(ResourceUsage { memory_mb, handles })
 }
 
 fn progress_bar(episodes: u32) -> ProgressBar {
-    let template = "{msg} {pos}/{len} {bar:30.green/blue} {elapsed} (left {eta})";
+    let template = "{msg} {pos}/{len} {bar:30.green/blue} {elapsed} ({eta} left)";
     let style = ProgressStyle::with_template(template).expect("the template is well-formed");
     ProgressBar::new(episodes.into()).with_style(style).with_message("episodes")
 }

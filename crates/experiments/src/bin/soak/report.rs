@@ -1,4 +1,4 @@
-//! What a soak has shown, as a table for people and as JSON for programs.
+//! The result of a soak test, as a text table and as JSON.
 
 use std::{fmt::Write, time::Duration};
 
@@ -6,95 +6,99 @@ use anyhow::ensure;
 use experiments::network::Traffic;
 use serde_json::json;
 
-use crate::{Holdings, Sample};
+use crate::{ResourceUsage, Sample};
 
-/// By how much a node's memory may grow once it has all that it needs.
-const GROWTH: f64 = 1.05;
+/// Maximum memory of a node at the end, relative to its memory after `SETTLED_STEPS`.
+const MAX_GROWTH: f64 = 1.05;
 
-/// Everything that was seen.
+/// The measurements of a soak test.
 pub struct Report {
-    /// Steps that the agent has learnt from.
+    /// Steps that the agent has learned from.
     pub steps: u64,
     /// Steps that the simulator has executed.
     pub executed: u64,
-    /// Whether episodes and weights are those of the same training without a network.
+    /// Whether the episodes and weights equal those of the same training run without a network.
     pub is_as_undisturbed: bool,
     pub traffic: Traffic,
-    /// How often the network was cut off.
+    /// Number of network cuts.
     pub cuts: u64,
+    /// The longest time that the agent waited for a step.
     pub longest_latency: Duration,
+    /// Wall time of the training run.
     pub took: Duration,
-    /// What the nodes held once they had settled, and at the end.
+    /// Resource usage after `SETTLED_STEPS`.
     pub first: Sample,
+    /// Resource usage at the end.
     pub last: Sample,
-    /// What they held in between, from the first on.
+    /// Resource usage at intervals of at least `SAMPLE_STEPS`, starting with `first`.
     pub samples: Vec<Sample>,
 }
 
 impl Report {
-    /// One that is lost and one that is repeated are none here, but another result.
+    /// Returns the number of steps that the agent learned from but the simulator did not execute. A
+    /// lost and a duplicated step would cancel out here, but they would change the training result.
     fn lost(&self) -> u64 {
         self.steps.saturating_sub(self.executed)
     }
 
-    fn repeated(&self) -> u64 {
+    /// Returns the number of steps that the simulator executed more than once.
+    fn duplicated(&self) -> u64 {
         self.executed.saturating_sub(self.steps)
     }
 
-    fn nodes(&self) -> [(&'static str, Holdings, Holdings); 2] {
+    fn nodes(&self) -> [(&'static str, ResourceUsage, ResourceUsage); 2] {
         let Report { first, last, .. } = self;
         [("sim_node", first.sim, last.sim), ("agent_node", first.agent, last.agent)]
     }
 
-    /// A row a figure.
+    /// Returns the table, with one row per measurement.
     pub fn table(&self) -> String {
         let Report { traffic, .. } = self;
         let share = |frames: u64| {
             format!("{frames} ({:.1} %)", 100.0 * frames as f64 / traffic.frames.max(1) as f64)
         };
         let mut rows = vec![
-            ("steps learnt from", self.steps.to_string()),
+            ("training steps", self.steps.to_string()),
             ("steps lost", self.lost().to_string()),
-            ("steps repeated", self.repeated().to_string()),
+            ("steps duplicated", self.duplicated().to_string()),
             (
-                "result",
-                if self.is_as_undisturbed { "as undisturbed, to the bit" } else { "DIFFERENT" }
-                    .to_owned(),
+                "result, compared with the undisturbed training run",
+                if self.is_as_undisturbed { "bit-identical" } else { "DIFFERENT" }.to_owned(),
             ),
-            ("time", format!("{:.0} s", self.took.as_secs_f64())),
+            ("wall time", format!("{:.0} s", self.took.as_secs_f64())),
             ("frames sent", traffic.frames.to_string()),
             ("frames lost", share(traffic.lost)),
-            ("frames repeated", share(traffic.repeated)),
-            ("cuts of the network", self.cuts.to_string()),
-            ("longest wait for a step", format!("{:.2} s", self.longest_latency.as_secs_f64())),
+            ("frames duplicated", share(traffic.repeated)),
+            ("network cuts", self.cuts.to_string()),
+            ("longest step latency", format!("{:.2} s", self.longest_latency.as_secs_f64())),
         ];
-        let mut names = Vec::new();
+        let mut node_rows = Vec::new();
         for (node, first, last) in self.nodes() {
-            names.push((
-                format!("{node}: memory after {} steps, at the end", self.first.steps),
+            node_rows.push((
+                format!("{node}: memory after {} steps and at the end", self.first.steps),
                 format!("{:.1}, {:.1} MB", first.memory_mb, last.memory_mb),
             ));
-            names.push((
-                format!("{node}: handles after {} steps, at the end", self.first.steps),
+            node_rows.push((
+                format!("{node}: open files after {} steps and at the end", self.first.steps),
                 format!("{}, {}", first.handles, last.handles),
             ));
         }
-        rows.extend(names.iter().map(|(name, value)| (name.as_str(), value.clone())));
+        rows.extend(node_rows.iter().map(|(name, value)| (name.as_str(), value.clone())));
         let mut table = String::new();
         for (name, value) in rows {
-            writeln!(table, "{name:58} {value:>28}").expect("a text takes all");
+            writeln!(table, "{name:58} {value:>28}").expect("writing to a String cannot fail");
         }
         table
     }
 
-    /// The same for programs.
+    /// Returns the measurements as JSON.
     pub fn json(&self) -> anyhow::Result<String> {
         let Report { traffic, .. } = self;
         Ok(serde_json::to_string_pretty(&json!({
             "steps": self.steps,
             "executed": self.executed,
             "lost": self.lost(),
-            "repeated": self.repeated(),
+            "repeated": self.duplicated(),
             "is_as_undisturbed": self.is_as_undisturbed,
             "seconds": self.took.as_secs_f64(),
             "frames": { "sent": traffic.frames, "lost": traffic.lost, "repeated": traffic.repeated },
@@ -106,16 +110,26 @@ impl Report {
         }))?)
     }
 
-    /// Fails unless every promise was kept.
+    /// Checks that no step was lost or duplicated, that the result equals that of the undisturbed
+    /// training run, that neither node's memory has grown beyond `MAX_GROWTH`, and that neither
+    /// node's number of open files has grown.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error that names the first condition that does not hold.
     pub fn check(&self) -> anyhow::Result<()> {
         let Report { steps, executed, .. } = self;
-        ensure!(steps == executed, "{executed} steps were executed, and {steps} were asked for");
-        ensure!(self.is_as_undisturbed, "the result is not that of the undisturbed training");
+        ensure!(steps == executed, "sim_node executed {executed} steps (expected: {steps})");
+        ensure!(
+            self.is_as_undisturbed,
+            "the result differs from that of the undisturbed training run"
+        );
         for (node, first, last) in self.nodes() {
             let (before, after) = (first.memory_mb, last.memory_mb);
-            ensure!(after <= GROWTH * before, "{node} has grown from {before:.1} to {after:.1} MB");
+            let is_stable = after <= MAX_GROWTH * before;
+            ensure!(is_stable, "memory of {node} has grown from {before:.1} to {after:.1} MB");
             let (before, after) = (first.handles, last.handles);
-            ensure!(after <= before, "{node} had {before} handles, and has {after} at the end");
+            ensure!(after <= before, "open files of {node} have grown from {before} to {after}");
         }
         Ok(())
     }

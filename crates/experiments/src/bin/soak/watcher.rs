@@ -1,4 +1,4 @@
-//! Somebody on the simulator's host who reads `/diagnostics`.
+//! A subscriber to `/diagnostics` on the simulator's host.
 
 use std::{
     sync::{Arc, Mutex, MutexGuard},
@@ -14,29 +14,52 @@ use ros_runtime::{
     node::{Subscription, reliable},
 };
 
-/// What the nodes have said of themselves so far.
+/// Values from the diagnostics received so far.
 #[derive(Clone, Copy, Debug, Default)]
-struct Said {
+struct Counters {
     /// Steps that the simulator has executed.
     steps: u64,
-    /// Episodes that the agent has learnt from.
+    /// Episodes that the agent has learned from.
     episodes: u64,
-    /// The longest that the agent has waited for a step.
+    /// The longest time that the agent has waited for a step.
     longest_latency: Duration,
 }
 
-/// Reads until its process ends.
-pub struct Watcher(Arc<Mutex<Said>>);
+impl Counters {
+    fn update(&mut self, status: &DiagnosticStatus) {
+        let number = |key: &str| {
+            let value = status.values.iter().find(|value| value.key == key)?;
+            value.value.parse::<u64>().ok()
+        };
+        match status.name.as_str() {
+            "sim_node: room" => self.steps = number("steps").unwrap_or(self.steps),
+            "agent_node: learner" => self.episodes = number("episodes").unwrap_or(self.episodes),
+            "agent_node: service /step" => {
+                let longest = Duration::from_micros(number("longest latency, us").unwrap_or(0));
+                self.longest_latency = self.longest_latency.max(longest);
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Collects diagnostics in a background thread until the process exits.
+pub struct Watcher(Arc<Mutex<Counters>>);
 
 impl Watcher {
-    /// Reads on a host: what that one says is not lost on the way.
+    /// Starts a watcher on the host of the simulator, so that the simulator's reports do not cross
+    /// the unreliable network.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the network namespace of the host cannot be opened.
     pub fn on(host: &Host, discovery: Discovery) -> anyhow::Result<Watcher> {
-        let said = Arc::new(Mutex::new(Said::default()));
-        let shared = said.clone();
-        let door = host.door()?;
+        let counters = Arc::new(Mutex::new(Counters::default()));
+        let shared = counters.clone();
+        let namespace = host.door()?;
         thread::spawn(move || -> anyhow::Result<()> {
-            // For this thread and those that DDS starts from it.
-            door.enter()?;
+            // Moves this thread, and the threads that DDS starts from it, to the host.
+            namespace.enter()?;
             let node = Node::with_discovery(
                 "soak",
                 &Arguments::default(),
@@ -48,45 +71,30 @@ impl Watcher {
             node.block_on(async {
                 loop {
                     let (report, _) = reports.async_take().await?;
-                    report.status.iter().for_each(|status| hear(status, &mut lock(&shared)));
+                    let mut counters = lock(&shared);
+                    report.status.iter().for_each(|status| counters.update(status));
                 }
             })
         });
-        Ok(Watcher(said))
+        Ok(Watcher(counters))
     }
 
-    /// Steps that the simulator has executed so far.
+    /// Returns the number of steps that the simulator has executed so far.
     pub fn steps(&self) -> u64 {
         lock(&self.0).steps
     }
 
-    /// Episodes that the agent has learnt from so far.
+    /// Returns the number of episodes that the agent has learned from so far.
     pub fn episodes(&self) -> u64 {
         lock(&self.0).episodes
     }
 
-    /// The longest that the agent has waited for a step so far.
+    /// Returns the longest time that the agent has waited for a step so far.
     pub fn longest_latency(&self) -> Duration {
         lock(&self.0).longest_latency
     }
 }
 
-fn lock(said: &Mutex<Said>) -> MutexGuard<'_, Said> {
-    said.lock().expect("nothing panics while it holds this lock")
-}
-
-fn hear(status: &DiagnosticStatus, said: &mut Said) {
-    let number = |key: &str| {
-        let value = status.values.iter().find(|value| value.key == key)?;
-        value.value.parse::<u64>().ok()
-    };
-    match status.name.as_str() {
-        "sim_node: room" => said.steps = number("steps").unwrap_or(said.steps),
-        "agent_node: learner" => said.episodes = number("episodes").unwrap_or(said.episodes),
-        "agent_node: service /step" => {
-            let longest = Duration::from_micros(number("longest latency, us").unwrap_or(0));
-            said.longest_latency = said.longest_latency.max(longest);
-        }
-        _ => {}
-    }
+fn lock(counters: &Mutex<Counters>) -> MutexGuard<'_, Counters> {
+    counters.lock().expect("no thread panics while it holds this lock")
 }

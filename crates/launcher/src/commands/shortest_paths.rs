@@ -1,4 +1,5 @@
-//! The fewest steps out of the rooms of an evaluation, which only the simulator can compute.
+//! The full-knowledge shortest paths of an evaluation. The simulator computes them, because the
+//! agent does not know the room.
 
 use std::{io::Write, path::Path, process::Command};
 
@@ -6,8 +7,13 @@ use anyhow::{Context, ensure};
 use task::seeds::{MIXED, Purpose, episode_seed};
 use tempfile::NamedTempFile;
 
-/// The output of `sim_node oracle` for an evaluation of (seed, episodes), in a temporary file; none where
-/// each episode has a scenario of its own.
+/// Returns a temporary file with the output of `sim_node oracle` for an evaluation with this seed
+/// and number of episodes, or `None` for the scenario `mixed` or an evaluation without episodes.
+///
+/// # Errors
+///
+/// Returns the error message of the simulator if it fails, or an error if it cannot be started or
+/// a file cannot be written.
 pub fn compute(
     simulator: &Path,
     simulator_arguments: &[String],
@@ -19,21 +25,21 @@ pub fn compute(
     }
     let mut seeds = NamedTempFile::new()?;
     for episode in 0..u32::try_from(episodes)? {
-        writeln!(seeds, "{}", episode_seed(Purpose::Test, seed, episode))?;
+        writeln!(seeds, "{}", episode_seed(Purpose::Evaluation, seed, episode))?;
     }
     let output = Command::new(simulator)
         .args(["oracle", "--scenario", scenario, "--seeds"])
         .arg(seeds.path())
         .args(simulator_arguments)
         .output()
-        .with_context(|| simulator.display().to_string())?;
+        .with_context(|| format!("cannot start {}", simulator.display()))?;
     ensure!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr).trim());
     let mut file = NamedTempFile::new()?;
     file.write_all(&output.stdout)?;
     Ok(Some(file))
 }
 
-/// The agent's arguments for that file.
+/// Returns the arguments that pass the file from [`compute`] to the agent.
 pub fn arguments(file: Option<&NamedTempFile>) -> Vec<String> {
     match file {
         Some(file) => vec!["--oracle".to_owned(), file.path().display().to_string()],

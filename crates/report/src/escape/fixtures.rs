@@ -1,11 +1,11 @@
-//! Escapes made up for tests.
+//! Escapes for tests.
 
 use task::{Action, Image};
 
 use super::{Escape, Moment, Pose, Scene, Shape};
 
-/// A straight way of so many steps up to the exit in the upper wall, with a step to the left before
-/// each index in `blocked` that something keeps the robot from.
+/// Returns an escape with `steps` steps straight up to the exit in the upper wall, and an
+/// additional blocked move to the left before each step whose index is in `blocked`.
 pub(super) fn escape(steps: usize, blocked: &[usize]) -> Escape {
     let up = std::f64::consts::FRAC_PI_2;
     let mut pose = Pose { x: 0.1, y: 1.1 - 0.1524 * steps as f64, yaw: up };
@@ -20,8 +20,8 @@ pub(super) fn escape(steps: usize, blocked: &[usize]) -> Escape {
     Escape { moments, last: (pose, scene(0.0)), escaped: true }
 }
 
-/// An escape on which the obstacle moves to the right.
-pub(super) fn between_moving_obstacles(steps: usize) -> Escape {
+/// Returns an escape during which the cylinder moves to the right.
+pub(super) fn escape_with_moving_cylinder(steps: usize) -> Escape {
     let mut escape = escape(steps, &[]);
     for (index, moment) in escape.moments.iter_mut().enumerate() {
         moment.scene = scene(0.025 * index as f64);
@@ -30,8 +30,8 @@ pub(super) fn between_moving_obstacles(steps: usize) -> Escape {
     escape
 }
 
-/// An episode that was over before it began.
-pub(super) fn nothing() -> Escape {
+/// Returns an episode without steps.
+pub(super) fn empty_episode() -> Escape {
     Escape { moments: Vec::new(), last: (Pose::default(), Scene::default()), escaped: false }
 }
 
@@ -49,8 +49,8 @@ fn moment(pose: Pose, action: u8, blocked: bool) -> Moment {
     }
 }
 
-/// An exit in the upper wall, a cylinder so many metres to the right of its first place, and a
-/// triangle that stands still.
+/// Returns a scene with an exit in the upper wall, a static triangle, and a cylinder that has moved
+/// to the right by `moved` metres.
 fn scene(moved: f64) -> Scene {
     let exit = vec![[-0.25, 1.15], [0.25, 1.15], [0.25, 1.35], [-0.25, 1.35]];
     let triangle = vec![[-0.9, -0.9], [-0.6, -0.9], [-0.9, -0.6]];
