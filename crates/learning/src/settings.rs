@@ -10,7 +10,7 @@
 //!
 //! let error = "nonsense".parse::<Preset>().unwrap_err();
 //! assert_eq!(error.to_string(), "preset: unknown value 'nonsense' (expected: paper, robust)");
-//! # Ok::<(), learning::settings::UnknownPreset>(())
+//! # Ok::<(), learning::settings::UnknownName>(())
 //! ```
 
 use std::{fmt, str::FromStr};
@@ -19,6 +19,29 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::exploration::EpsilonDecay;
+
+/// The error for a name that a setting does not have.
+#[derive(Debug, Error, PartialEq)]
+#[error("{setting}: unknown value '{name}' (expected: {expected})")]
+pub struct UnknownName {
+    setting: &'static str,
+    name: String,
+    /// The valid names, separated by commas.
+    expected: String,
+}
+
+/// Returns the value that is displayed as `name`.
+fn find<T: Copy + fmt::Display, const N: usize>(
+    setting: &'static str,
+    all: [T; N],
+    name: &str,
+) -> Result<T, UnknownName> {
+    all.into_iter().find(|value| value.to_string() == name).ok_or_else(|| UnknownName {
+        setting,
+        name: name.to_owned(),
+        expected: all.map(|value| value.to_string()).join(", "),
+    })
+}
 
 /// A named set of [`Settings`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -30,11 +53,6 @@ pub enum Preset {
     #[default]
     Robust,
 }
-
-/// The error for a name that is not a [`Preset`].
-#[derive(Debug, Error, PartialEq)]
-#[error("preset: unknown value '{0}' (expected: paper, robust)")]
-pub struct UnknownPreset(String);
 
 impl Preset {
     /// All presets.
@@ -114,16 +132,15 @@ impl fmt::Display for Preset {
 }
 
 impl FromStr for Preset {
-    type Err = UnknownPreset;
+    type Err = UnknownName;
 
     /// Parses `paper` or `robust`.
     ///
     /// # Errors
     ///
-    /// Returns [`UnknownPreset`] for any other name.
-    fn from_str(name: &str) -> Result<Preset, UnknownPreset> {
-        let preset = Preset::ALL.into_iter().find(|preset| preset.to_string() == name);
-        preset.ok_or_else(|| UnknownPreset(name.to_owned()))
+    /// Returns [`UnknownName`] for any other name.
+    fn from_str(name: &str) -> Result<Preset, UnknownName> {
+        find("preset", Preset::ALL, name)
     }
 }
 
@@ -168,23 +185,16 @@ impl fmt::Display for Architecture {
     }
 }
 
-/// The error for a name that is not an [`Architecture`].
-#[derive(Debug, Error, PartialEq)]
-#[error("architecture: unknown value '{0}' (expected: mlp, dueling, convolutional, recurrent)")]
-pub struct UnknownArchitecture(String);
-
 impl FromStr for Architecture {
-    type Err = UnknownArchitecture;
+    type Err = UnknownName;
 
     /// Parses `mlp`, `dueling`, `convolutional` or `recurrent`.
     ///
     /// # Errors
     ///
-    /// Returns [`UnknownArchitecture`] for any other name.
-    fn from_str(name: &str) -> Result<Architecture, UnknownArchitecture> {
-        let all = Architecture::ALL;
-        let found = all.into_iter().find(|architecture| architecture.to_string() == name);
-        found.ok_or_else(|| UnknownArchitecture(name.to_owned()))
+    /// Returns [`UnknownName`] for any other name.
+    fn from_str(name: &str) -> Result<Architecture, UnknownName> {
+        find("architecture", Architecture::ALL, name)
     }
 }
 
@@ -212,22 +222,16 @@ impl fmt::Display for TargetUpdate {
     }
 }
 
-/// The error for a name that is not a [`TargetUpdate`].
-#[derive(Debug, Error, PartialEq)]
-#[error("target_update_at: unknown value '{0}' (expected: episode, update)")]
-pub struct UnknownTargetUpdate(String);
-
 impl FromStr for TargetUpdate {
-    type Err = UnknownTargetUpdate;
+    type Err = UnknownName;
 
     /// Parses `episode` or `update`.
     ///
     /// # Errors
     ///
-    /// Returns [`UnknownTargetUpdate`] for any other name.
-    fn from_str(name: &str) -> Result<TargetUpdate, UnknownTargetUpdate> {
-        let found = TargetUpdate::ALL.into_iter().find(|update| update.to_string() == name);
-        found.ok_or_else(|| UnknownTargetUpdate(name.to_owned()))
+    /// Returns [`UnknownName`] for any other name.
+    fn from_str(name: &str) -> Result<TargetUpdate, UnknownName> {
+        find("target_update_at", TargetUpdate::ALL, name)
     }
 }
 
