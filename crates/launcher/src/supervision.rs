@@ -123,12 +123,23 @@ impl<'a> Simulator<'a> {
     }
 }
 
+/// Like [`run`], on the current thread.
+///
+/// # Errors
+///
+/// Returns an error if a node cannot be started, or if a simulator fails repeatedly.
+pub fn supervise(plan: &Plan) -> anyhow::Result<ExitCode> {
+    // Single-threaded, because a node receives SIGTERM when the thread that started it exits.
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    runtime.block_on(run(plan))
+}
+
 /// Runs the nodes until the agent exits or a signal arrives, and returns the agent's exit code.
 ///
 /// # Errors
 ///
 /// Returns an error if a node cannot be started, or if a simulator fails repeatedly.
-pub async fn run(plan: &Plan) -> anyhow::Result<ExitCode> {
+async fn run(plan: &Plan) -> anyhow::Result<ExitCode> {
     let mut simulators = Vec::new();
     for arguments in &plan.simulators {
         simulators.push(Simulator::start(plan, arguments)?);

@@ -33,6 +33,7 @@ mod figures;
 mod frame;
 mod moving_average;
 pub mod numbers;
+mod run_summary;
 mod table;
 mod tensorboard;
 
@@ -40,6 +41,7 @@ use askama::Template;
 
 pub use self::escape_figures::{EscapeFigure, EscapeFigures};
 pub use self::frame::CaptionedFrame;
+pub use self::run_summary::RunSummary;
 pub use self::tensorboard::{TensorBoard, TensorBoardError};
 
 use self::chart::PlotError;
@@ -61,27 +63,6 @@ pub struct Report<'a> {
     pub frames: &'a [CaptionedFrame],
     /// Figures of escapes; `None` if there are none.
     pub escapes: Option<&'a EscapeFigures>,
-}
-
-/// Configuration and duration of a run, as in `summary.json`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RunSummary<'a> {
-    /// Training scenario.
-    pub scenario: &'a str,
-    /// Preset that provides the default values of the parameters.
-    pub preset: &'a str,
-    /// Seed of the run.
-    pub seed: u64,
-    /// Planned number of training episodes; if there are fewer records, training is incomplete.
-    pub episodes: u32,
-    /// Total number of training steps.
-    pub steps: u64,
-    /// Wall time in seconds, from the first reset to the last update.
-    pub wall_s: f64,
-    /// `steps / wall_s`.
-    pub steps_per_s: f64,
-    /// Mean update time in microseconds; `None` if there was no update.
-    pub update_us: Option<f64>,
 }
 
 /// The error returned if a report cannot be generated.

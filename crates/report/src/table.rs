@@ -1,8 +1,8 @@
 //! The tables on the page: the training run and its evaluation.
 
-use super::RunSummary;
 use super::confidence::wilson_interval;
 use super::numbers::{count, decimal, duration, percent};
+use super::run_summary::RunSummary;
 use learning::record::EpisodeRecord;
 use task::Evaluation;
 

@@ -7,6 +7,7 @@ mod parameters;
 mod publishers;
 mod session;
 
+pub use messages::StampedPose;
 pub use node::run;
 pub use parameters::{RoomParameters, SimulatorParameters, declare_room};
-pub use session::{ClientId, Session, StampedPose};
+pub use session::{ClientId, Session};

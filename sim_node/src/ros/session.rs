@@ -11,36 +11,24 @@ mod timeline;
 use std::num::{NonZeroU32, NonZeroU64};
 
 use evac_msgs::{ActionCommand, EpisodeStatus, reset, status, step};
-use nalgebra::Isometry2;
 use rand::RngExt;
 use ros_interfaces::{builtin_interfaces::Time, sensor_msgs::Image, std_msgs::Header};
 use task::{Action, Scenario};
 
+pub use self::reset_ledger::ClientId;
 use self::{
     reset_ledger::{ResetLedger, upper_half},
     timeline::Timeline,
 };
-use super::messages;
+use super::messages::{self, StampedPose};
 use crate::{
     camera::Camera,
     world::{Layout, World},
 };
 
-/// The GUID of a client's DDS request writer.
-pub type ClientId = [u8; 16];
-
 /// Maximum number of steps for which the memory of the path is allocated in advance, so that these
 /// steps do not reallocate it. Equals the default step limit.
 const PATH_CAPACITY: u32 = 10_000;
-
-/// A pose of the robot with its time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StampedPose {
-    /// Simulated time in nanoseconds.
-    pub time: u64,
-    /// Pose of the robot's centre, in metres and radians.
-    pub pose: Isometry2<f64>,
-}
 
 /// A world with its camera and clock, and the state of the protocol.
 ///

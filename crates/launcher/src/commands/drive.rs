@@ -5,8 +5,11 @@ use std::{path::Path, process::ExitCode};
 use anyhow::bail;
 use clap::{Arg, ArgAction, ArgMatches, Command};
 
-use super::{check_model, nodes::Nodes, supervise};
-use crate::{parameters::Parameters, supervision::Plan};
+use super::{model, nodes::Nodes};
+use crate::{
+    parameters::Parameters,
+    supervision::{Plan, supervise},
+};
 
 /// Defaults of the simulator, which make it behave like a robot in real time.
 const SIMULATOR_DEFAULTS: [(&str, &str); 3] =
@@ -37,12 +40,12 @@ pub fn command() -> Command {
 pub fn run(matches: &ArgMatches, nodes: &Nodes) -> anyhow::Result<ExitCode> {
     // Checked first, because the agent reads the model to determine its parameters.
     if let Some(model) = matches.get_one::<String>("model") {
-        check_model(model)?;
+        model::check(model)?;
     }
     let (agent_arguments, parameters) =
         nodes.agent_arguments(matches, defaults(matches, &AGENT_DEFAULTS))?;
     let model = parameters.text("model");
-    check_model(model)?;
+    model::check(model)?;
     let given_options = nodes.simulator_options(matches);
     let simulators = match matches.get_flag("robot") {
         true if given_options.is_empty() => Vec::new(),

@@ -4,8 +4,8 @@ use std::process::ExitCode;
 
 use clap::{ArgMatches, Command};
 
-use super::{check_model, nodes::Nodes, shortest_paths, supervise};
-use crate::supervision::Plan;
+use super::{model, nodes::Nodes, shortest_paths};
+use crate::supervision::{Plan, supervise};
 
 pub fn command() -> Command {
     Command::new("evaluate")
@@ -15,10 +15,10 @@ pub fn command() -> Command {
 pub fn run(matches: &ArgMatches, nodes: &Nodes) -> anyhow::Result<ExitCode> {
     // Checked first, because the agent reads the model to determine its parameters.
     if let Some(model) = matches.get_one::<String>("model") {
-        check_model(model)?;
+        model::check(model)?;
     }
     let (agent_arguments, parameters) = nodes.agent_arguments(matches, Vec::new())?;
-    check_model(parameters.text("model"))?;
+    model::check(parameters.text("model"))?;
     let simulator = nodes.simulator_arguments("", &nodes.simulator_options(matches))?;
     let evaluation = (parameters.count("seed"), parameters.count("episodes"));
     let scenario = parameters.text("scenario");

@@ -3,6 +3,7 @@
 mod drive;
 mod evaluate;
 mod experiment;
+mod model;
 mod nodes;
 mod shortest_paths;
 mod train;
@@ -10,7 +11,6 @@ mod train;
 use std::{
     ffi::OsString,
     io::{self, Write},
-    path::Path,
     process::ExitCode,
 };
 
@@ -19,7 +19,6 @@ use clap::{Arg, ArgMatches, Command, value_parser};
 use clap_complete::{Shell, generate};
 
 use self::nodes::Nodes;
-use crate::supervision::{self, Plan};
 
 /// The commands that start nodes. Their options include the parameters of the nodes.
 const NODE_COMMANDS: [&str; 3] = ["train", "evaluate", "drive"];
@@ -88,21 +87,4 @@ fn print_completions(matches: &ArgMatches) -> anyhow::Result<ExitCode> {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error.into()),
         _ => Ok(ExitCode::SUCCESS),
     }
-}
-
-/// Returns an error unless `model`, the value of the parameter `model`, is a directory with a
-/// trained model.
-fn check_model(model: &str) -> anyhow::Result<()> {
-    match model {
-        "" => bail!("missing option --model DIR (expected: the directory of a training run)"),
-        model if Path::new(model).join("config.yaml").is_file() => Ok(()),
-        model => bail!("no trained model in {model} (config.yaml not found)"),
-    }
-}
-
-/// Runs the nodes of a plan on the current thread.
-fn supervise(plan: &Plan) -> anyhow::Result<ExitCode> {
-    // Single-threaded, because a node receives SIGTERM when the thread that started it exits.
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-    runtime.block_on(supervision::run(plan))
 }

@@ -4,8 +4,8 @@ use std::{path::PathBuf, process::ExitCode};
 
 use clap::{ArgMatches, Command};
 
-use super::{nodes::Nodes, shortest_paths, supervise};
-use crate::supervision::Plan;
+use super::{nodes::Nodes, shortest_paths};
+use crate::supervision::{Plan, supervise};
 
 /// The file from which a training run resumes, in the directory that the parameter `out` specifies.
 const CHECKPOINT: &str = "checkpoint.safetensors";

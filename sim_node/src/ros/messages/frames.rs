@@ -12,7 +12,16 @@ use ros_interfaces::{
 };
 
 use super::{BASE, CAMERA, ODOM, OPTICAL, header, stamp};
-use crate::{camera::CameraSettings, ros::session::StampedPose};
+use crate::camera::CameraSettings;
+
+/// A pose of the robot with its time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StampedPose {
+    /// Simulated time in nanoseconds.
+    pub time: u64,
+    /// Pose of the robot's centre, in metres and radians.
+    pub pose: Isometry2<f64>,
+}
 
 /// Returns the transform odom -> base_link for the robot's pose.
 pub(crate) fn robot(robot: &Isometry2<f64>, stamp: Time) -> TFMessage {

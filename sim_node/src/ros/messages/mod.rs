@@ -9,6 +9,7 @@ mod tests;
 use ros_interfaces::{builtin_interfaces::Time, std_msgs::Header};
 
 pub(super) use camera::{camera_info, image};
+pub use frames::StampedPose;
 pub(super) use frames::{mount, odometry, path, robot};
 pub(super) use scene::scene;
 

@@ -15,7 +15,7 @@ use task::Scenario;
 use super::*;
 use crate::{
     camera::{Camera, CameraSettings, WIDTH, equidistant::DISTORTION, lens},
-    ros::session::StampedPose,
+    ros::messages::StampedPose,
     world::{Layout, World, WorldSettings},
 };
 

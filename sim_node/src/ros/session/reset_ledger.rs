@@ -4,7 +4,8 @@ use std::{collections::VecDeque, num::NonZeroU32};
 
 use evac_msgs::reset;
 
-use super::ClientId;
+/// The GUID of a client's DDS request writer.
+pub type ClientId = [u8; 16];
 
 /// Maximum number of senders whose latest request number is stored. The sender whose latest reset
 /// is oldest is dropped first.

@@ -1,5 +1,7 @@
 //! Tests of the protocol.
 
+use nalgebra::Isometry2;
+
 use super::{reset_ledger::MAX_SENDERS, *};
 use crate::{camera::CameraSettings, world::WorldSettings};
 
