@@ -110,10 +110,14 @@ fn train_evaluate_and_drive_work_and_reject_invalid_options() {
 }
 
 /// Returns the ID of a process with this name in a process group; `None` if there is none.
-fn find_process(name: &str, group: u32) -> Option<String> {
+/// A process killed a moment ago is still in /proc: `killed` names those to leave out.
+fn find_process(name: &str, group: u32, killed: &[String]) -> Option<String> {
     let processes = fs::read_dir("/proc").expect("/proc is mounted").map_while(Result::ok);
     let mut ids = processes.map(|entry| entry.file_name().to_string_lossy().into_owned());
     ids.find(|id| {
+        if killed.contains(id) {
+            return false;
+        }
         // proc_pid_stat(5): pid (comm) state ppid pgrp ...
         let stat = fs::read_to_string(format!("/proc/{id}/stat")).unwrap_or_default();
         let group = group.to_string();
@@ -134,10 +138,11 @@ fn a_node_that_fails_is_restarted_and_the_training_continues() {
     train.args(["--", "-p", "checkpoint_interval:=10"]);
     let mut child = train.stderr(fs::File::create(&log).expect("a log")).spawn().expect("a script");
     let end = Instant::now() + 5 * TIMEOUT;
+    let mut killed = Vec::new();
     // The agent fails once alone, and once while the simulator is being restarted.
     for name in ["agent_node", "sim_node", "agent_node"] {
         let process = loop {
-            let process = find_process(name, child.id());
+            let process = find_process(name, child.id(), &killed);
             match process.filter(|_| out.join("checkpoint.safetensors").exists()) {
                 Some(process) => break process,
                 None => assert!(Instant::now() < end, "{}", text()),
@@ -146,6 +151,7 @@ fn a_node_that_fails_is_restarted_and_the_training_continues() {
         };
         let kill = Command::new("kill").args(["-s", "ABRT", &process]).status();
         assert!(kill.expect("kill runs").success());
+        killed.push(process);
     }
     assert!(child.wait().expect("a child process").success(), "{}", text());
     for expected in [
