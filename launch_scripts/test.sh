@@ -5,8 +5,9 @@
 #
 #   (no option)  the short tests, which take a few minutes
 #   --all        also the long tests: kills, bad networks, interruptions, hostile packets, a full disk,
-#                colcon, Fast DDS, security. They need root and the Debian packages that .ci/run
-#                installs. EVAC_ROS2=required adds the ROS 2 Jazzy tests; source ROS 2 first
+#                colcon, Fast DDS, security, the output shown in the tutorial. They need root and the
+#                Debian packages that .ci/run installs. EVAC_ROS2=required adds the ROS 2 Jazzy tests;
+#                source ROS 2 first
 #   --soak       a training run of a million steps over a bad network (soak.sh)
 #
 # The peers from PyPI are installed in .venv, a virtual environment in the repository.
@@ -52,10 +53,11 @@ export EVAC_FAST_DDS_PEER="$peers/step_caller"
 
 long=(colcon fast_dds full_disk hostile interruptions kills network)
 run_cargo test --package evac_tests "${long[@]/#/--test=}" "$@"
+# --ignored is an option of the test binary, so it must follow `--`.
+options=("$@")
+[[ " $* " == *" -- "* ]] || options+=(--)
+run_cargo test --package evac_tests --test pages "${options[@]}" --ignored
 if [[ "${EVAC_ROS2:-}" == required ]]; then
-    # --ignored is an option of the test binary, so it must follow `--`.
-    options=("$@")
-    [[ " $* " == *" -- "* ]] || options+=(--)
     run_cargo test --package evac_tests --test ros2 "${options[@]}" --ignored
 fi
 run_cargo test --package evac_tests --features security --test security "$@"

@@ -1,5 +1,6 @@
 //! Checks the commands in README.md and docs/tutorial.md: runs each as printed there, with added
-//! options that shorten it.
+//! options that shorten it. A long test runs the tutorial's commands unchanged and compares their
+//! output with the page.
 
 use std::{
     fs,
@@ -75,6 +76,60 @@ fn the_commands_in_readme_and_tutorial_work() {
             }
         }
     }
+}
+
+/// Splits a page into its shell commands and the lines of output shown below them.
+fn commands_and_output(page: &str) -> Vec<(String, Vec<String>)> {
+    let mut pairs: Vec<(String, Vec<String>)> = Vec::new();
+    // The command whose output comes next: blocks of output follow the block of their commands.
+    let mut next = 0;
+    for block in page.split("```").skip(1).step_by(2) {
+        match block.split_once('\n').expect("the language of a block") {
+            ("sh", _) => {
+                next = pairs.len();
+                let commands = commands(&format!("```{block}```"));
+                pairs.extend(commands.into_iter().map(|command| (command, Vec::new())));
+            }
+            ("text", output) => {
+                let (_, lines) = pairs.get_mut(next).expect("a command above the output");
+                lines.extend(output.lines().map(str::to_owned));
+                next += 1;
+            }
+            (language, _) => panic!("a block in the language '{language}'"),
+        }
+    }
+    pairs
+}
+
+/// Keys of `summary.json` that depend on the machine.
+const TIMING: [&str; 3] = ["wall_s", "steps_per_s", "update_us"];
+
+#[test]
+#[ignore = "trains three policies, which takes two minutes"]
+fn the_tutorial_shows_the_output_of_its_commands() {
+    let page = fs::read_to_string(repository().join("docs/tutorial.md")).expect("a page");
+    let nodes = Nodes::new();
+    let mut compared = 0;
+    for (command, expected) in commands_and_output(&page) {
+        if expected.is_empty() || command.starts_with("launch_scripts/drive.sh") {
+            continue;
+        }
+        let (status, output, log) = nodes.run(&mut shell(&nodes, &command, ""));
+        assert!(status.success(), "`{command}`: {log}");
+        for line in expected {
+            if TIMING.iter().any(|key| line.contains(key)) {
+                continue;
+            }
+            let text = line.replace("[INFO] [...] ", "");
+            let found = match command.starts_with("ls ") {
+                true => text.split_whitespace().all(|name| output.lines().any(|line| line == name)),
+                false => output.lines().chain(log.lines()).any(|line| line.ends_with(&text)),
+            };
+            assert!(found, "`{command}`: '{text}' is not in its output:\n{output}{log}");
+            compared += 1;
+        }
+    }
+    assert!(compared > 20, "only {compared} lines compared");
 }
 
 /// Returns a shell that runs a command from a page in the directory of `nodes`, with the programs

@@ -35,8 +35,7 @@ impl Console {
         bar.reset_eta();
         let printer = bar.clone();
         ros_runtime::logging::write_console_through(move |line| {
-            // A write error on a closed console must not stop the node.
-            printer.suspend(|| drop(writeln!(std::io::stderr(), "{line}")));
+            printer.suspend(|| write_line(line));
         });
         Console { bar, on_terminal }
     }
@@ -80,10 +79,16 @@ impl Console {
 }
 
 impl Drop for Console {
-    /// Leaves the bar on the terminal as it is.
+    /// Leaves the bar on the terminal as it is. Later log lines follow below it.
     fn drop(&mut self) {
         self.bar.abandon();
+        ros_runtime::logging::write_console_through(write_line);
     }
+}
+
+/// Writes a log line. A write error on a closed console must not stop the node.
+fn write_line(line: &str) {
+    drop(writeln!(std::io::stderr(), "{line}"));
 }
 
 /// Returns the success rate, 0 to 1, over the latest 50 training episodes; 0 before the first
