@@ -2,9 +2,11 @@
 //!
 //! - [`world`]: the room, the obstacles, the robot, and the rules of an episode.
 //! - [`camera`]: renders the image of the robot's camera from a [`world::World`].
+//! - [`reality`]: perturbations of camera, light, motion and odometry.
+//! - [`Simulation`]: a world, its camera and its odometry.
 //! - [`ros`]: the ROS 2 node.
 //!
-//! `world` and `camera` do not depend on ROS. The same seed and actions give the same numbers and
+//! Only `ros` depends on ROS. The same seed and actions give the same numbers and
 //! bytes on every machine: trigonometric functions come from libm, through nalgebra, because the
 //! last bits of the results from `std` depend on the platform.
 //!
@@ -12,5 +14,9 @@
 //! counter-clockwise.
 
 pub mod camera;
+pub mod reality;
 pub mod ros;
+mod simulation;
 pub mod world;
+
+pub use simulation::Simulation;

@@ -5,6 +5,7 @@ use std::num::NonZeroU64;
 
 use evac_msgs::step;
 use sim_node::{
+    Simulation,
     camera::{Camera, CameraSettings},
     ros::Session,
     world::{Layout, World, WorldSettings},
@@ -42,7 +43,7 @@ fn a_response_allocates_as_much_at_the_end_of_an_episode_as_at_its_start() {
     let settings = WorldSettings { layout, ..WorldSettings::default() };
     let world = World::new(settings, Scenario::Empty, 1).unwrap();
     let camera = Camera::new(CameraSettings::default()).unwrap();
-    let (mut session, _) = Session::new(world, camera, 0.5);
+    let (mut session, _) = Session::new(Simulation::new(world, camera), 0.5);
     let mut execute_step = || {
         let request = step::Request { action: 3, ..step::Request::default() };
         let (response, _) = session.step(&request);

@@ -59,7 +59,10 @@ fn cyclone_dds_receives_diagnostics_and_parameter_events() {
         serde_json::from_str(&lines.next().expect("a report")).expect("JSON");
     assert!(watcher.wait().expect("a child process").success());
     let expected = serde_json::json!({
-        "parts": { "DDS": u8::from(!is_corrected()), "camera": 0, "room": 0 }, "changed": ["concave"],
+        "parts": {
+            "DDS": u8::from(!is_corrected()), "camera": 0, "perturbations": 0, "room": 0,
+        },
+        "changed": ["concave"],
     });
     assert_eq!(report, expected);
 }

@@ -31,6 +31,7 @@ use agent_node::ros::{
 use evac_msgs::{reset, status, step};
 use evac_tests::Room;
 use sim_node::{
+    Simulation,
     camera::{Camera, CameraSettings},
     ros::Session,
     world::{World, WorldSettings},
@@ -332,7 +333,7 @@ impl Simulator {
     fn start(start: u32) -> Simulator {
         let world = World::new(settings(), SCENARIO, 0).expect("a possible layout");
         let camera = Camera::new(CameraSettings::default()).expect("valid default settings");
-        let (session, _) = Session::numbered(number(start), world, camera, 0.5);
+        let (session, _) = Session::numbered(number(start), Simulation::new(world, camera), 0.5);
         Simulator { start, executed: Vec::new(), session: Arc::new(session) }
     }
 

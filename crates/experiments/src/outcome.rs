@@ -27,10 +27,11 @@ impl Outcome {
     ///
     /// Panics if training fails or `directory` cannot be written to.
     pub fn in_process(plan: Plan, preset: Preset, max_steps: u32, directory: &Path) -> Outcome {
-        Outcome::with_settings(plan, preset.settings(), max_steps, directory)
+        let world = WorldSettings { max_steps, ..WorldSettings::default() };
+        Outcome::with_settings(plan, preset.settings(), world, directory)
     }
 
-    /// Trains like [`Outcome::in_process`], with arbitrary hyperparameters.
+    /// Trains like [`Outcome::in_process`], with arbitrary hyperparameters and world settings.
     ///
     /// # Panics
     ///
@@ -38,10 +39,10 @@ impl Outcome {
     pub fn with_settings(
         plan: Plan,
         settings: Settings,
-        max_steps: u32,
+        world: WorldSettings,
         directory: &Path,
     ) -> Outcome {
-        let room = |_| Room::new(WorldSettings { max_steps, ..Default::default() });
+        let room = |_| Room::new(world.clone());
         let mut rooms: Vec<Room> = (0..plan.rooms).map(room).collect();
         let mut training = Training::new(plan, settings).expect("the settings are valid");
         training.run(&mut rooms, &mut NullListener).expect("training succeeds");

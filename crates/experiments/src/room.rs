@@ -4,16 +4,14 @@
 use std::num::NonZeroU64;
 
 use sim_node::{
+    Simulation,
     camera::{Camera, CameraSettings},
     world::{World, WorldSettings},
 };
 use task::{Action, Environment, Image, Scenario, Step};
 
-/// The world and camera of `sim_node` without its ROS interface.
-pub struct Room {
-    world: World,
-    camera: Camera,
-}
+/// The simulation of `sim_node` without its ROS interface.
+pub struct Room(Simulation);
 
 impl Room {
     /// Creates the environment that a `sim_node` with these settings serves. The camera has its
@@ -25,11 +23,11 @@ impl Room {
     pub fn new(settings: WorldSettings) -> Room {
         let world = World::new(settings, Scenario::Empty, 0).expect("the layout is possible");
         let camera = Camera::new(CameraSettings::default()).expect("the defaults are valid");
-        Room { world, camera }
+        Room(Simulation::new(world, camera))
     }
 
     fn image(&self) -> Image {
-        let frame = self.camera.render(&self.world);
+        let frame = self.0.frame(0);
         Image::try_from(frame.bytes().as_slice()).expect("frame and image have the same size")
     }
 }
@@ -47,7 +45,7 @@ impl Environment for Room {
 
     fn begin_reset(&mut self, seed: NonZeroU64, scenario: &str) -> Result<Image, RoomError> {
         let scenario: Scenario = scenario.parse().map_err(anyhow::Error::from)?;
-        self.world.reset(Some(seed), Some(scenario)).map_err(anyhow::Error::from)?;
+        self.0.reset(Some(seed), Some(scenario)).map_err(anyhow::Error::from)?;
         Ok(self.image())
     }
 
@@ -56,7 +54,7 @@ impl Environment for Room {
     }
 
     fn begin_step(&mut self, action: Action) -> Result<Step, RoomError> {
-        let outcome = self.world.step(action).map_err(anyhow::Error::from)?;
+        let outcome = self.0.step(action).map_err(anyhow::Error::from)?;
         Ok(Step {
             image: self.image(),
             reward: outcome.reward,

@@ -33,7 +33,7 @@ impl Frame {
     pub const LENGTH: usize = PIXELS * CHANNELS;
 
     /// Returns the bytes for writing.
-    pub(super) fn bytes_mut(&mut self) -> &mut [u8; Self::LENGTH] {
+    pub(crate) fn bytes_mut(&mut self) -> &mut [u8; Self::LENGTH] {
         &mut self.0
     }
 

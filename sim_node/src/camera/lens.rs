@@ -13,11 +13,28 @@ use super::frame::{HEIGHT, WIDTH};
 /// The result is a unit vector with x forward, y left and z up. Columns are numbered 0..=19 from
 /// the left, rows 0..=6 from the top.
 pub fn direction(column: usize, row: usize) -> Vector3<f64> {
-    let right = (2 * column + 1) as f64 / WIDTH as f64 - 1.0;
-    let down = ((2 * row + 1) as f64 - HEIGHT as f64) / WIDTH as f64;
+    let (right, down) = position(column, row);
     // The cosine and sine of 2 atan(r) are (1 - r^2) / (1 + r^2) and 2 r / (1 + r^2).
     let square = right * right + down * down;
     Vector3::new(1.0 - square, -2.0 * right, -2.0 * down) / (1.0 + square)
+}
+
+/// Returns the viewing direction like [`direction`], for a lens whose field of view is larger by
+/// the share `error`: all angles from the optical axis are multiplied by 1 + `error`.
+pub fn direction_with_error(column: usize, row: usize, error: f64) -> Vector3<f64> {
+    let (right, down) = position(column, row);
+    // No pixel centre is on the optical axis, because the number of columns is even.
+    let radius = (right * right + down * down).sqrt();
+    let (sine, cosine) = libm::sincos(2.0 * (1.0 + error) * libm::atan(radius));
+    Vector3::new(cosine, -sine * right / radius, -sine * down / radius)
+}
+
+/// Returns the position of the centre of a pixel, to the right of and below the optical axis, in
+/// units of half the image width.
+fn position(column: usize, row: usize) -> (f64, f64) {
+    let right = (2 * column + 1) as f64 / WIDTH as f64 - 1.0;
+    let down = ((2 * row + 1) as f64 - HEIGHT as f64) / WIDTH as f64;
+    (right, down)
 }
 
 #[cfg(test)]
@@ -49,6 +66,18 @@ mod tests {
         let (sine, cosine) = ComplexField::sin_cos(outer);
         assert_close(direction(0, 3), [cosine, sine, 0.0]);
         assert_close(direction(19, 3), [cosine, -sine, 0.0]);
+    }
+
+    #[test]
+    fn an_error_of_the_field_of_view_scales_the_angles_from_the_axis() {
+        for (column, row) in [(0, 0), (9, 3), (13, 5), (19, 6)] {
+            let exact = direction(column, row);
+            assert_close(direction_with_error(column, row, 0.0), exact.into());
+            let wide = direction_with_error(column, row, 0.05);
+            let angle = |ray: Vector3<f64>| libm::acos(ray.x);
+            assert!((angle(wide) / angle(exact) - 1.05).abs() < 1e-9);
+            assert!((wide.yz().normalize() - exact.yz().normalize()).norm() < 1e-12);
+        }
     }
 
     #[test]

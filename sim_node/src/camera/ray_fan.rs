@@ -9,7 +9,7 @@ use super::lens;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Ray {
     /// Unit vector in the frame of the eye: x forward along the heading of the robot, y left, z up.
-    /// The pitch of the camera is included.
+    /// The mount of the camera is included.
     pub(crate) direction: Vector3<f64>,
     /// Index of the pixel, row-major.
     pub(crate) pixel: usize,
@@ -26,12 +26,16 @@ pub(super) struct RayFan {
 }
 
 impl RayFan {
-    /// Creates the rays of a camera with this downward pitch, in radians.
-    pub(super) fn new(pitch: f64) -> Self {
-        let mount = Rotation3::from_axis_angle(&Vector3::y_axis(), pitch);
+    /// Creates the rays of a camera with this mount, from the frame of the camera to that of the
+    /// eye. `lens_error` is the relative error of the field of view.
+    pub(super) fn new(mount: &Rotation3<f64>, lens_error: f64) -> Self {
         let mut rays: [Ray; PIXELS] = std::array::from_fn(|pixel| {
-            let direction = mount * lens::direction(pixel % WIDTH, pixel / WIDTH);
-            Ray { direction, pixel }
+            let (column, row) = (pixel % WIDTH, pixel / WIDTH);
+            let direction = match lens_error == 0.0 {
+                true => lens::direction(column, row),
+                false => lens::direction_with_error(column, row, lens_error),
+            };
+            Ray { direction: mount * direction, pixel }
         });
         let azimuth_of = |ray: &Ray| azimuth(&ray.direction.xy());
         rays.sort_by(|first, second| azimuth_of(first).total_cmp(&azimuth_of(second)));

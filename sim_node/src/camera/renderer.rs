@@ -1,22 +1,33 @@
 //! Rendering: finds the nearest vertical face for each ray.
 
-use nalgebra::{Isometry2, Point2, Translation2, Vector2};
+use nalgebra::{Isometry2, Point2, Rotation3, Translation2, Vector2, Vector3};
 
 use super::frame::{CHANNELS, Frame, PIXELS};
-use super::light::{self, Colour, Light};
+use super::light::{self, Colour, Light, Palette};
 use super::ray_fan::{Ray, RayFan};
 use super::settings::{CameraSettings, CameraSettingsError};
+use crate::reality::Conditions;
 use crate::world::{
     CONCAVE_WALL_HEIGHT, CYLINDER_HEIGHT, CYLINDER_RADIUS, ConcaveWall, Cylinder, EXIT_DEPTH,
     EXIT_HEIGHT, EXIT_WIDTH, Exit, ROOM_SIDE, WALL_HEIGHT, World,
 };
 
+/// Lowest height above the floor in metres, whatever the error of the mount.
+const LOWEST: f64 = 0.001;
+/// Greatest height, just below the top of the lowest obstacle.
+const HIGHEST: f64 = CONCAVE_WALL_HEIGHT - 0.001;
+
 /// The camera on the robot.
 #[derive(Debug, Clone)]
 pub struct Camera {
     settings: CameraSettings,
+    /// The conditions for which the fields below are computed.
+    conditions: Conditions,
     fan: RayFan,
+    /// Height above the floor in metres.
+    height: f64,
     light: Light,
+    palette: Palette,
     /// What each ray hits in an empty world: the floor or the sky.
     background: [Hit; PIXELS],
     walls: Vec<Face>,
@@ -32,19 +43,44 @@ pub(super) struct Hit {
 }
 
 impl Camera {
-    /// Creates a camera with this mount.
+    /// Creates a camera with this mount, in the world of the paper.
     ///
     /// # Errors
     ///
     /// Returns an error if a setting is outside the range documented in [`CameraSettings`].
     pub fn new(settings: CameraSettings) -> Result<Self, CameraSettingsError> {
         settings.check()?;
-        let light = Light::new();
-        let fan = RayFan::new(settings.pitch);
-        let (floor, sky) = (light::bytes(light::FLOOR), light::bytes(light::SKY));
+        Ok(Self::under(settings, Conditions::default()))
+    }
+
+    /// Adapts the camera to the conditions of an episode. Must be called after each reset of the
+    /// world.
+    pub fn adapt(&mut self, conditions: &Conditions) {
+        if self.conditions != *conditions {
+            *self = Self::under(self.settings, conditions.clone());
+        }
+    }
+
+    fn under(settings: CameraSettings, conditions: Conditions) -> Self {
+        let error = &conditions.camera;
+        let axes = [
+            (Vector3::z_axis(), error.yaw),
+            (Vector3::y_axis(), settings.pitch + error.pitch),
+            (Vector3::x_axis(), error.roll),
+        ];
+        let rotations = axes.map(|(axis, angle)| Rotation3::from_axis_angle(&axis, angle));
+        let mount = rotations.into_iter().fold(Rotation3::identity(), |mount, turn| mount * turn);
+        let fan = RayFan::new(&mount, error.lens);
+        let height = match error.height == 0.0 {
+            true => settings.height,
+            false => (settings.height + error.height).clamp(LOWEST, HIGHEST),
+        };
+        let light = Light::new(&conditions.light);
+        let palette = Palette::new(&conditions.surfaces);
+        let (floor, sky) = (light::bytes(palette.floor), light::bytes(palette.sky));
         let background = fan.rays().map(|ray| {
             if ray.direction.z < 0.0 {
-                Hit { distance: -settings.height / ray.direction.z, colour: floor }
+                Hit { distance: -height / ray.direction.z, colour: floor }
             } else {
                 Hit { distance: f64::INFINITY, colour: sky }
             }
@@ -53,11 +89,11 @@ impl Camera {
         const HALF: f64 = ROOM_SIDE / 2.0;
         let room = [(HALF, -HALF), (HALF, HALF), (-HALF, HALF), (-HALF, -HALF)];
         let room = room.map(|(x, y)| Point2::new(x, y));
-        let walls = faces(&room, WALL_HEIGHT, light::WALL, light).collect();
+        let walls = faces(&room, WALL_HEIGHT, palette.wall, light).collect();
         let concave_wall = ConcaveWall::new();
-        let concave_wall =
-            faces(concave_wall.outline(), CONCAVE_WALL_HEIGHT, light::OBSTACLE, light).collect();
-        Ok(Self { settings, fan, light, background, walls, concave_wall })
+        let outline = concave_wall.outline();
+        let concave_wall = faces(outline, CONCAVE_WALL_HEIGHT, palette.obstacle, light).collect();
+        Self { settings, conditions, fan, height, light, palette, background, walls, concave_wall }
     }
 
     /// Returns the mount.
@@ -80,7 +116,7 @@ impl Camera {
     pub fn render_to(&self, world: &World, bytes: &mut [u8; Frame::LENGTH]) {
         let pixels = bytes.as_chunks_mut::<CHANNELS>().0;
         let eye = self.eye(world);
-        if let Some(colour) = enclosing_colour(&eye.translation.vector.into(), world) {
+        if let Some(colour) = self.enclosing_colour(&eye.translation.vector.into(), world) {
             return pixels.fill(light::ambient(colour));
         }
         for (ray, hit) in self.rays().iter().zip(self.cast(&eye, world)) {
@@ -104,7 +140,7 @@ impl Camera {
         for face in &self.walls {
             self.cast_at_face(face, eye, &mut hits);
         }
-        for face in faces(&exit_outline(world.exit()), EXIT_HEIGHT, light::EXIT, self.light) {
+        for face in faces(&exit_outline(world.exit()), EXIT_HEIGHT, self.palette.exit, self.light) {
             self.cast_at_face(&face, eye, &mut hits);
         }
         if world.concave_wall().is_some() {
@@ -160,7 +196,7 @@ impl Camera {
             let distance = (middle - half_chord) / square;
             if self.is_visible(index, distance, CYLINDER_HEIGHT, hits) {
                 let normal = (direction * distance - centre) / CYLINDER_RADIUS;
-                let colour = light.shade(light::OBSTACLE, &normal);
+                let colour = light.shade(self.palette.obstacle, &normal);
                 hits[index] = Hit { distance, colour };
             }
         }
@@ -170,7 +206,22 @@ impl Camera {
     /// face, which is `height` metres tall, and has no nearer hit.
     fn is_visible(&self, index: usize, distance: f64, height: f64, hits: &[Hit; PIXELS]) -> bool {
         let rise = distance * self.rays()[index].direction.z;
-        distance > 0.0 && distance < hits[index].distance && self.settings.height + rise <= height
+        distance > 0.0 && distance < hits[index].distance && self.height + rise <= height
+    }
+
+    /// Returns the colour of the solid that contains a point, if any.
+    ///
+    /// The exit takes precedence over the wall in which it stands. No other solid can contain the
+    /// eye, because the robot never touches one.
+    fn enclosing_colour(&self, point: &Point2<f64>, world: &World) -> Option<Colour> {
+        let from_exit = world.exit().pose().inverse_transform_point(point);
+        if from_exit.x.abs() <= EXIT_DEPTH / 2.0 && from_exit.y.abs() <= EXIT_WIDTH / 2.0 {
+            Some(self.palette.exit)
+        } else if point.x.abs() >= ROOM_SIDE / 2.0 || point.y.abs() >= ROOM_SIDE / 2.0 {
+            Some(self.palette.wall)
+        } else {
+            None
+        }
     }
 }
 
@@ -205,19 +256,4 @@ fn exit_outline(exit: &Exit) -> [Point2<f64>; 4] {
     const X: f64 = EXIT_DEPTH / 2.0;
     const Y: f64 = EXIT_WIDTH / 2.0;
     [(X, Y), (X, -Y), (-X, -Y), (-X, Y)].map(|(x, y)| exit.pose() * Point2::new(x, y))
-}
-
-/// Returns the colour of the solid that contains a point, if any.
-///
-/// The exit takes precedence over the wall in which it stands. No other solid can contain the eye,
-/// because the robot never touches one.
-fn enclosing_colour(point: &Point2<f64>, world: &World) -> Option<Colour> {
-    let from_exit = world.exit().pose().inverse_transform_point(point);
-    if from_exit.x.abs() <= EXIT_DEPTH / 2.0 && from_exit.y.abs() <= EXIT_WIDTH / 2.0 {
-        Some(light::EXIT)
-    } else if point.x.abs() >= ROOM_SIDE / 2.0 || point.y.abs() >= ROOM_SIDE / 2.0 {
-        Some(light::WALL)
-    } else {
-        None
-    }
 }

@@ -1,10 +1,13 @@
 //! The ROS 2 node: makes the simulator available through services and topics.
 
+mod delayed_images;
+mod descriptors;
 mod diagnostics;
 mod messages;
 mod node;
 mod parameters;
 mod publishers;
+mod reality_parameters;
 mod session;
 
 pub use messages::StampedPose;

@@ -16,13 +16,15 @@ use task::Scenario;
 use tokio::time::{Instant, Interval, MissedTickBehavior, interval};
 
 use super::{
+    delayed_images::DelayedImages,
     diagnostics::Counters,
     messages::nanoseconds,
     parameters::{DeploymentParameters, SimulatorParameters, layout},
     publishers::{Publishers, Throttle, wait_until},
+    reality_parameters,
     session::{ClientId, Session},
 };
-use crate::world::World;
+use crate::{Simulation, world::World};
 
 /// Runs the node until it is shut down.
 ///
@@ -37,7 +39,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let world = World::new(room.world, room.scenario, room.seed)
         .context("the fixed_* parameters do not allow a valid layout")?;
     let mount = *room.camera.settings();
-    let (session, first) = Session::new(world, room.camera, step_duration);
+    let simulation = Simulation::new(world, room.camera);
+    let (session, first) = Session::new(simulation, step_duration);
     let publishers = Publishers::new(&mut node)?;
     let resets = node.create_server::<Reset>("reset")?;
     let steps = node.create_server::<Step>("step")?;
@@ -62,6 +65,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             let mut motion_end = pin!(wait_until(simulator.motion_end()).fuse());
             let mut visualization_due = pin!(wait_until(simulator.throttle.due()).fuse());
             let mut frame_due = pin!(next(&mut frames).fuse());
+            let mut image_due = pin!(wait_until(simulator.delayed.due()).fuse());
             select! {
                 (id, request) = step_request => {
                     if let Some((response, executed)) = simulator.step(id, request) {
@@ -85,6 +89,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
                 },
                 () = motion_end => simulator.finish_motion()?,
                 () = frame_due => simulator.publish_frame(),
+                () = image_due => simulator.publish_delayed_images(),
                 () = arrivals.select_next_some() => simulator.visualize(),
                 () = visualization_due => simulator.visualize(),
             }
@@ -118,6 +123,7 @@ struct Simulator<'a> {
     /// The `/step` request that is being executed.
     pending: Option<PendingStep>,
     throttle: Throttle,
+    delayed: DelayedImages,
     /// Number of finished episodes that were controlled through `/action`.
     episodes: u32,
     /// Number of these episodes in which the robot escaped.
@@ -144,6 +150,7 @@ impl<'a> Simulator<'a> {
             start: Duration::from_nanos(start),
             pending: None,
             throttle: Throttle::default(),
+            delayed: DelayedImages::default(),
             episodes: 0,
             successes: 0,
         }
@@ -224,8 +231,10 @@ impl<'a> Simulator<'a> {
         Ok((response, executed))
     }
 
-    /// Reads the parameters that take effect at a reset. Sets the layout and returns the scenario.
+    /// Reads the parameters that take effect at a reset. Sets layout and perturbations, and returns
+    /// the scenario.
     fn read_parameters(&mut self) -> anyhow::Result<Scenario> {
+        self.session.set_reality(reality_parameters::read(self.parameters)?);
         self.session.set_layout(layout(self.parameters)?);
         let scenario: Option<String> = self.parameters.get("scenario");
         let scenario = scenario.and_then(|name| name.parse().ok());
@@ -292,9 +301,31 @@ impl<'a> Simulator<'a> {
 
     fn publish_frame(&mut self) {
         self.update_time();
-        self.session.advance_time();
-        Counters::count(&self.counters.images);
-        self.publishers.publish_frame(&self.session);
+        self.session.take_image();
+        self.publish_image();
+    }
+
+    /// Publishes time and pose, and then the image, unless it is lost or delayed. Without real
+    /// time, an image is never lost: it is replaced by the one before.
+    fn publish_image(&mut self) {
+        self.publishers.publish_pose(&self.session);
+        let latency = self.session.world().conditions().camera.latency;
+        if self.deployment.is_in_real_time() && self.session.is_image_dropped() {
+            Counters::count(&self.counters.lost_images);
+        } else if self.deployment.is_in_real_time() && latency > 0.0 {
+            let due = Instant::now() + Duration::from_secs_f64(latency);
+            self.delayed.push(due, self.session.image());
+        } else {
+            Counters::count(&self.counters.images);
+            self.publishers.publish_image(&self.session);
+        }
+    }
+
+    fn publish_delayed_images(&mut self) {
+        while let Some(image) = self.delayed.pop(Instant::now()) {
+            Counters::count(&self.counters.images);
+            self.publishers.publish_earlier_image(image);
+        }
     }
 
     fn publish_if_executed(&mut self, executed: Option<EpisodeStatus>) {
@@ -304,11 +335,14 @@ impl<'a> Simulator<'a> {
     }
 
     fn publish(&mut self, executed: EpisodeStatus) {
-        Counters::count(&self.counters.images);
         let is_reset = executed.step == 0;
+        if is_reset {
+            self.counters.record_perturbations(self.session.world());
+        }
         let counter = if is_reset { &self.counters.episodes } else { &self.counters.steps };
         Counters::count(counter);
-        self.publishers.publish(executed, &self.session);
+        self.publish_image();
+        self.publishers.publish_status(executed);
         if self.publishers.has_visualization_subscribers() {
             self.visualize();
         }

@@ -1,9 +1,13 @@
 //! The parameters of the node.
 
 use anyhow::Context;
-use ros_runtime::parameters::{Check, Descriptor, ParameterError, ParameterValue, Parameters};
+use ros_runtime::parameters::{Check, ParameterError, ParameterValue, Parameters};
 use task::Scenario;
 
+use super::{
+    descriptors::{at_next_reset, at_start},
+    reality_parameters,
+};
 use crate::{
     camera::{Camera, CameraSettings},
     world::{Layout, LayoutError, WorldSettings},
@@ -113,16 +117,6 @@ impl DeploymentParameters {
     }
 }
 
-/// Returns the descriptor of a read-only parameter.
-fn at_start(description: &str) -> Descriptor {
-    Descriptor::read_only(&format!("{description}; read at startup"))
-}
-
-/// Returns the descriptor of a parameter that takes effect at the next reset.
-fn at_next_reset(description: &str) -> Descriptor {
-    Descriptor::dynamic(&format!("{description}; takes effect at the next reset"))
-}
-
 /// Declares the parameters of the simulated world.
 ///
 /// # Errors
@@ -163,7 +157,8 @@ pub fn declare_room(parameters: &Parameters) -> anyhow::Result<RoomParameters> {
     declare_layout(parameters)?;
     let layout = layout(parameters)?;
     let camera = declare_camera(parameters)?;
-    let world = WorldSettings { max_steps: max_steps as u32, heading_deviation, layout };
+    let reality = reality_parameters::declare(parameters)?;
+    let world = WorldSettings { max_steps: max_steps as u32, heading_deviation, layout, reality };
     Ok(RoomParameters { scenario: scenario.parse()?, world, camera, seed: seed as u64 })
 }
 

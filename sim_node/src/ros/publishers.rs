@@ -64,21 +64,31 @@ impl Publishers {
         self.static_transforms.publish(messages::mount(camera, session.now()));
     }
 
-    /// Publishes the state after a reset or step, except for the visualization.
-    pub(super) fn publish(&self, executed: EpisodeStatus, session: &Session) {
-        self.publish_frame(session);
+    /// Publishes the status after a reset or step.
+    pub(super) fn publish_status(&self, executed: EpisodeStatus) {
         self.statuses.publish_with(|| executed);
     }
 
-    /// Publishes image, camera info, time and pose. The image comes last, because its subscribers
-    /// may look up the time and the pose with the same stamp.
-    pub(super) fn publish_frame(&self, session: &Session) {
+    /// Publishes time and pose. The image with the same stamp must follow later, because its
+    /// subscribers may look them up.
+    pub(super) fn publish_pose(&self, session: &Session) {
         let (now, robot) = (session.now(), session.world().robot());
         self.clock.publish_with(|| Clock { clock: now });
         self.transforms.publish_with(|| messages::robot(robot, now));
-        self.odometry.publish_with(|| messages::odometry(robot, now));
-        self.camera_infos.publish_with(|| messages::camera_info(now));
+        let odometry = session.simulation().odometry();
+        self.odometry.publish_with(|| messages::odometry(odometry, now));
+    }
+
+    /// Publishes the current image and its camera info.
+    pub(super) fn publish_image(&self, session: &Session) {
+        self.camera_infos.publish_with(|| messages::camera_info(session.now()));
         self.images.publish_with(|| session.image());
+    }
+
+    /// Publishes an image that was taken earlier and its camera info.
+    pub(super) fn publish_earlier_image(&self, image: Image) {
+        self.camera_infos.publish_with(|| messages::camera_info(image.header.stamp));
+        self.images.publish_with(|| image);
     }
 
     /// Returns whether the visualization has subscribers.

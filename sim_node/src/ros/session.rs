@@ -22,7 +22,8 @@ use self::{
 };
 use super::messages::{self, StampedPose};
 use crate::{
-    camera::Camera,
+    Simulation,
+    reality::Reality,
     world::{Layout, World},
 };
 
@@ -30,15 +31,16 @@ use crate::{
 /// steps do not reallocate it. Equals the default step limit.
 const PATH_CAPACITY: u32 = 10_000;
 
-/// A world with its camera and clock, and the state of the protocol.
+/// A simulation with its clock, and the state of the protocol.
 ///
 /// The methods that handle requests return the response and, if the request was executed, the
 /// [`EpisodeStatus`] to publish.
 #[derive(Clone)]
 pub struct Session {
-    world: World,
-    camera: Camera,
+    simulation: Simulation,
     time: Timeline,
+    /// Number of images taken since the image of the latest step or reset.
+    frame: u32,
     /// Duration of a move commanded through `/action`, in nanoseconds.
     motion_time: u64,
     motion: Option<Motion>,
@@ -88,23 +90,23 @@ impl Session {
     ///
     /// `step_duration` is the simulated duration of a step or reset in seconds. The upper 32 bits
     /// of the episode numbers are drawn at random.
-    pub fn new(world: World, camera: Camera, step_duration: f64) -> (Session, EpisodeStatus) {
-        Session::numbered(rand::rng().random(), world, camera, step_duration)
+    pub fn new(simulation: Simulation, step_duration: f64) -> (Session, EpisodeStatus) {
+        Session::numbered(rand::rng().random(), simulation, step_duration)
     }
 
     /// Creates a session like [`Session::new`], but with `simulator` as the upper 32 bits of the
     /// episode numbers. `simulator` must differ from the values of earlier runs.
     pub fn numbered(
         simulator: NonZeroU32,
-        world: World,
-        camera: Camera,
+        simulation: Simulation,
         step_duration: f64,
     ) -> (Session, EpisodeStatus) {
+        let max_steps = simulation.world().max_steps();
         let mut session = Session {
-            path: Vec::with_capacity(world.max_steps().min(PATH_CAPACITY) as usize + 1),
-            world,
-            camera,
+            path: Vec::with_capacity(max_steps.min(PATH_CAPACITY) as usize + 1),
+            simulation,
             time: Timeline::new(step_duration),
+            frame: 0,
             motion_time: 0,
             motion: None,
             simulator,
@@ -120,12 +122,17 @@ impl Session {
 
     /// Returns the scenario of the current episode.
     pub fn scenario(&self) -> Scenario {
-        self.world.scenario()
+        self.world().scenario()
+    }
+
+    /// Returns the simulation.
+    pub fn simulation(&self) -> &Simulation {
+        &self.simulation
     }
 
     /// Returns the world.
     pub fn world(&self) -> &World {
-        &self.world
+        self.simulation.world()
     }
 
     /// Returns the path of the current episode: the start pose, and the pose after each step.
@@ -140,7 +147,12 @@ impl Session {
 
     /// Sets the fixed layout for subsequent resets.
     pub fn set_layout(&mut self, layout: Layout) {
-        self.world.set_layout(layout);
+        self.simulation.set_layout(layout);
+    }
+
+    /// Sets the perturbations for subsequent resets.
+    pub fn set_reality(&mut self, reality: Reality) {
+        self.simulation.set_reality(reality);
     }
 
     /// Sets the duration of moves commanded through `/action`, in nanoseconds of wall-clock time; 0
@@ -155,14 +167,20 @@ impl Session {
         self.time.set_wall_time(nanoseconds);
     }
 
-    /// Renders the current image, stamped with the simulated time.
+    /// Returns the current image, stamped with the simulated time.
     pub fn image(&self) -> Image {
-        messages::image(&self.camera, &self.world, self.now())
+        messages::image(&self.simulation, self.frame, self.now())
     }
 
-    /// Advances the simulated time without a step, before an image is published again.
-    pub fn advance_time(&mut self) {
+    /// Returns whether the current image is lost on its way from the camera.
+    pub fn is_image_dropped(&self) -> bool {
+        self.simulation.is_dropped(self.frame)
+    }
+
+    /// Advances the simulated time without a step, and takes another image.
+    pub fn take_image(&mut self) {
         self.time.advance();
+        self.frame = self.frame.wrapping_add(1).max(1);
     }
 
     /// Returns the end of the move in progress, in nanoseconds of wall-clock time.
@@ -185,7 +203,7 @@ impl Session {
     /// Returns a message if the fixed layout is invalid in the scenario. Nothing changes in that
     /// case.
     pub fn next_episode(&mut self, scenario: Scenario) -> Result<EpisodeStatus, String> {
-        self.world.reset(None, Some(scenario)).map_err(|error| error.to_string())?;
+        self.simulation.reset(None, Some(scenario)).map_err(|error| error.to_string())?;
         Ok(self.begin_episode(0))
     }
 
@@ -202,7 +220,7 @@ impl Session {
         request: &reset::Request,
         default_scenario: Scenario,
     ) -> (reset::Response, Option<EpisodeStatus>) {
-        if let Some(stored) = self.resets.stored_response(client, request, self.world.steps()) {
+        if let Some(stored) = self.resets.stored_response(client, request, self.world().steps()) {
             let refused = |message| self.refused_reset((status::SUPERSEDED, message));
             return (stored.unwrap_or_else(refused), None);
         }
@@ -212,7 +230,7 @@ impl Session {
         };
         let result = scenario.and_then(|scenario| {
             let seed = NonZeroU64::new(request.seed);
-            self.world.reset(seed, Some(scenario)).map_err(|error| error.to_string())
+            self.simulation.reset(seed, Some(scenario)).map_err(|error| error.to_string())
         });
         if let Err(message) = result {
             return (self.refused_reset((status::INVALID_SCENARIO, message)), None);
@@ -241,7 +259,7 @@ impl Session {
 
     /// Returns the response that refuses a `/step` request during a move.
     pub fn busy(&self) -> step::Response {
-        let step = self.world.steps() + 1;
+        let step = self.world().steps() + 1;
         let message = format!("the robot is still executing step {step}");
         self.refused_step((status::OUT_OF_ORDER, message))
     }
@@ -251,7 +269,7 @@ impl Session {
             status,
             message,
             episode: self.episode_number(),
-            step: self.world.steps(),
+            step: self.world().steps(),
             ..step::Response::default()
         }
     }
@@ -270,7 +288,7 @@ impl Session {
             Verdict::Duplicate(stored) => {
                 // Nothing has moved since the step, so the image has not changed.
                 let stamp = messages::stamp(self.time.last_change());
-                let image = messages::image(&self.camera, &self.world, stamp);
+                let image = messages::image(&self.simulation, 0, stamp);
                 return Ok((step::Response { image, ..stored }, None));
             }
             Verdict::Move { action, number } => (action, number),
@@ -296,7 +314,7 @@ impl Session {
         let action = action(request.action)?;
         self.check_episode(request.episode)?;
         self.check_control(Control::Service)?;
-        let executed = self.world.steps();
+        let executed = self.world().steps();
         let number = if request.step == 0 { executed + 1 } else { request.step };
         if let (true, Some((latest, response))) = (number == executed, &self.latest_step) {
             let action = request.action;
@@ -330,7 +348,7 @@ impl Session {
         let execute = |session: &mut Session| {
             let action = action(command.action)?;
             session.check_control(Control::Topic)?;
-            session.check_not_over(session.world.steps() + 1)?;
+            session.check_not_over(session.world().steps() + 1)?;
             session.check_current(command.header.stamp)?;
             if session.motion_time == 0 {
                 return Ok(Some(session.execute(action, Control::Topic)?));
@@ -402,9 +420,9 @@ impl Session {
     }
 
     fn check_not_over(&self, number: u32) -> Result<(), Refusal> {
-        match self.world.is_over() && number > self.world.steps() {
+        match self.world().is_over() && number > self.world().steps() {
             true => {
-                let steps = self.world.steps();
+                let steps = self.world().steps();
                 let message =
                     format!("the episode ended at step {steps}; reset to start the next one");
                 Err((status::EPISODE_OVER, message))
@@ -414,8 +432,10 @@ impl Session {
     }
 
     fn execute(&mut self, action: Action, control: Control) -> Result<EpisodeStatus, Refusal> {
-        let outcome =
-            self.world.step(action).map_err(|over| (status::EPISODE_OVER, over.to_string()))?;
+        let outcome = self
+            .simulation
+            .step(action)
+            .map_err(|over| (status::EPISODE_OVER, over.to_string()))?;
         self.control = Some(control);
         let status = EpisodeStatus {
             action: action.index(),
@@ -443,13 +463,14 @@ impl Session {
     fn commit(&mut self, status: EpisodeStatus) -> EpisodeStatus {
         self.time.advance();
         self.time.record_change();
-        self.path.push(StampedPose { time: self.time.now(), pose: *self.world.robot() });
+        self.frame = 0;
+        self.path.push(StampedPose { time: self.time.now(), pose: *self.world().robot() });
         EpisodeStatus {
             header: Header { stamp: self.now(), frame_id: String::new() },
             episode: self.episode_number(),
-            scenario: self.world.scenario().name().to_owned(),
+            scenario: self.world().scenario().name().to_owned(),
             seed: self.seed,
-            step: self.world.steps(),
+            step: self.world().steps(),
             ..status
         }
     }

@@ -4,6 +4,8 @@
 //! new layout. [`World::step`] moves the robot and then, in scenarios with moving cylinders, the
 //! cylinders. parry2d tests contacts in single precision; poses are in double precision.
 //!
+//! [`crate::reality`] perturbs how the robot executes actions; by default it does so exactly.
+//!
 //! Everything random depends only on a seed, through [`task::Random`], which gives the same numbers
 //! on every machine.
 //!
@@ -53,6 +55,8 @@ pub use placement::PlacementError;
 pub use robot::FOOTPRINT_SIDE;
 pub use room::{ROOM_SIDE, WALL_HEIGHT, Wall};
 
+use crate::reality::{Conditions, Reality};
+
 use obstacles::Obstacles;
 use placement::{Placement, Rules};
 use robot::Footprint;
@@ -67,12 +71,20 @@ pub struct WorldSettings {
     pub heading_deviation: f64,
     /// The fixed parts of the layout.
     pub layout: Layout,
+    /// The perturbations.
+    pub reality: Reality,
 }
 
 impl Default for WorldSettings {
-    /// Returns a limit of 10,000 steps, a deviation of 45 degrees and a random layout.
+    /// Returns a limit of 10,000 steps, a deviation of 45 degrees, a random layout and no
+    /// perturbations.
     fn default() -> Self {
-        Self { max_steps: 10_000, heading_deviation: FRAC_PI_4, layout: Layout::default() }
+        Self {
+            max_steps: 10_000,
+            heading_deviation: FRAC_PI_4,
+            layout: Layout::default(),
+            reality: Reality::default(),
+        }
     }
 }
 
@@ -85,7 +97,9 @@ pub struct Outcome {
     pub terminated: bool,
     /// Whether the episode ended at the step limit without an escape.
     pub truncated: bool,
-    /// Whether a wall or an obstacle blocked the move. Position and heading are then unchanged.
+    /// Whether a wall or an obstacle blocked the move. Position and heading are then unchanged,
+    /// unless the robot stops short
+    /// ([`BlockedMotion`](crate::reality::BlockedMotion::StopShort)).
     pub blocked: bool,
 }
 
@@ -109,6 +123,7 @@ pub struct World {
     exit: Exit,
     cylinders: Vec<Cylinder>,
     robot: Isometry2<f64>,
+    conditions: Conditions,
     steps: u32,
     is_over: bool,
     /// The fixed cylinders of the layout at the latest reset.
@@ -138,7 +153,9 @@ impl World {
         let mut own_random = Random::from_key([seed, 0, 0, 0]);
         let rules = Rules::new(scenario, &concave_wall);
         let placement = rules.place(&settings.layout, None, &mut own_random)?;
+        let key = conditions_key(NonZeroU64::new(seed), &settings.reality, &mut own_random);
         Ok(Self {
+            conditions: Conditions::draw(&settings.reality, key),
             fixed_cylinders: settings.layout.cylinders.clone(),
             settings,
             scenario,
@@ -156,6 +173,17 @@ impl World {
     /// Sets the fixed layout for subsequent resets; the current episode does not change.
     pub fn set_layout(&mut self, layout: Layout) {
         self.settings.layout = layout;
+    }
+
+    /// Sets the perturbations for subsequent resets; the current episode does not change.
+    pub fn set_reality(&mut self, reality: Reality) {
+        self.settings.reality = reality;
+    }
+
+    /// Returns the perturbations, which apply from the next reset on if they were set after the
+    /// latest one.
+    pub fn reality(&self) -> &Reality {
+        &self.settings.reality
     }
 
     /// Starts a new episode, in the current scenario if `scenario` is `None`.
@@ -187,7 +215,9 @@ impl World {
         );
         let rules = Rules::new(scenario, &self.concave_wall);
         let placement = rules.place(&self.settings.layout, kept_cylinders, &mut random)?;
+        let key = conditions_key(seed, &self.settings.reality, &mut random);
 
+        self.conditions = Conditions::draw(&self.settings.reality, key);
         Placement { exit: self.exit, cylinders: self.cylinders, robot: self.robot } = placement;
         self.scenario = scenario;
         self.steps = 0;
@@ -207,8 +237,9 @@ impl World {
     ///
     /// Contact is tested only at the new pose, as in the paper. The exit is tested first, because
     /// it overlaps the wall. After an escape, the robot is at the new pose; after a blocked move,
-    /// it is at the old pose. The cylinders move after every step, including blocked steps and the
-    /// last one.
+    /// it is at the old pose, or, if it stops short, where it first touches something. If it
+    /// touches the exit there, it has escaped. The cylinders move after every step, including
+    /// blocked steps and the last one.
     ///
     /// # Errors
     ///
@@ -217,17 +248,25 @@ impl World {
         if self.is_over {
             return Err(EpisodeOver { steps: self.steps });
         }
-        let next = robot::moved(&self.robot, action);
+        let (turn, distance) = self.conditions.motion(action, self.steps + 1);
+        let next = robot::moved(&self.robot, turn, distance);
         let footprint = Footprint::at(&next);
-        let terminated = self.exit.touches(&footprint);
-        let blocked = !terminated && self.obstacles().touch(&footprint);
+        let mut terminated = self.exit.touches(&footprint);
+        let mut blocked = !terminated && self.obstacles().touch(&footprint);
         if !blocked {
             self.robot = next;
+        } else if self.conditions.motion.stops_short {
+            self.robot = robot::stopped_short(&self.robot, turn, distance, |pose| {
+                self.obstacles().touch(&Footprint::at(pose))
+            });
+            terminated = self.exit.touches(&Footprint::at(&self.robot));
+            blocked = !terminated;
         }
         if self.scenario.has_moving_obstacles() {
             motion::move_cylinders(
                 &mut self.cylinders,
                 &Footprint::at(&self.robot),
+                CYLINDER_STEP_LENGTH * self.conditions.obstacles.speed,
                 self.settings.heading_deviation,
                 self.seeded_random.as_mut().unwrap_or(&mut self.own_random),
             );
@@ -242,6 +281,11 @@ impl World {
     /// Returns the pose of the robot's centre, in metres and radians.
     pub fn robot(&self) -> &Isometry2<f64> {
         &self.robot
+    }
+
+    /// Returns the conditions of the current episode.
+    pub fn conditions(&self) -> &Conditions {
+        &self.conditions
     }
 
     /// Returns the exit.
@@ -279,7 +323,23 @@ impl World {
         self.is_over
     }
 
+    /// Returns whether the robot touches a wall or an obstacle, which it never does in an episode.
+    #[cfg(test)]
+    pub(crate) fn robot_touches_obstacle(&self) -> bool {
+        self.obstacles().touch(&Footprint::at(&self.robot))
+    }
+
     fn obstacles(&self) -> Obstacles<'_> {
         Obstacles { cylinders: &self.cylinders, concave_wall: self.concave_wall() }
+    }
+}
+
+/// Returns the key of an episode's conditions: a function of the seed, or else a word of the
+/// world's own random state, which does not advance without perturbations.
+fn conditions_key(seed: Option<NonZeroU64>, reality: &Reality, random: &mut Random) -> u64 {
+    match seed {
+        Some(seed) => seed.get(),
+        None if *reality == Reality::default() => 0,
+        None => random.word(),
     }
 }

@@ -15,12 +15,13 @@ pub const CYLINDER_STEP_LENGTH: f64 = 0.025;
 /// Moves every cylinder, in order, by one step.
 ///
 /// First, the heading of the cylinder changes by a normally distributed angle with the standard
-/// deviation `heading_deviation`, in radians. Then the cylinder moves by [`CYLINDER_STEP_LENGTH`]
+/// deviation `heading_deviation`, in radians. Then the cylinder moves by `step_length`, in metres,
 /// if its new position is in the central square, far enough from the other cylinders and clear of
 /// the robot. Otherwise, it stays in place and gets a new heading drawn uniformly at random.
 pub(super) fn move_cylinders(
     cylinders: &mut [Cylinder],
     robot: &Footprint,
+    step_length: f64,
     heading_deviation: f64,
     random: &mut Random,
 ) {
@@ -28,7 +29,7 @@ pub(super) fn move_cylinders(
         let mut pose = cylinders[index].pose;
         pose.append_rotation_wrt_center_mut(&UnitComplex::new(random.normal(heading_deviation)));
         pose.rotation.renormalize();
-        let step = pose.rotation * Vector2::new(CYLINDER_STEP_LENGTH, 0.0);
+        let step = pose.rotation * Vector2::new(step_length, 0.0);
         let next = Point2::from(pose.translation.vector + step);
         if is_free(&next, index, cylinders, robot) {
             pose.translation = next.into();

@@ -11,6 +11,7 @@ use libfuzzer_sys::fuzz_target;
 use rustdds::{RepresentationIdentifier, serialization::deserialize_from_cdr_with_rep_id};
 use serde::de::DeserializeOwned;
 use sim_node::{
+    Simulation,
     camera::{Camera, CameraSettings},
     ros::Session,
     world::{World, WorldSettings},
@@ -20,7 +21,7 @@ use task::Scenario;
 fn session() -> Session {
     let world = World::new(WorldSettings::default(), Scenario::Empty, 0).expect("a room");
     let camera = Camera::new(CameraSettings::default()).expect("a camera");
-    Session::new(world, camera, 0.5).0
+    Session::new(Simulation::new(world, camera), 0.5).0
 }
 
 fn decoded<T: DeserializeOwned>(encoding: u8, bytes: &[u8]) -> Option<T> {

@@ -33,6 +33,9 @@ use crate::{arguments::Arguments, escape::escaped, names::Naming};
 /// on one line.
 pub type Check = fn(&ParameterValue) -> Result<(), String>;
 
+/// Returns the values that other parameters get when a parameter is set to a value.
+pub type Implications = fn(&ParameterValue) -> Vec<(&'static str, ParameterValue)>;
+
 /// The description and constraints of a parameter.
 ///
 /// # Examples
@@ -60,6 +63,8 @@ pub struct Descriptor {
     pub range: Option<(f64, f64)>,
     /// A check for constraints that choices and a range cannot express.
     pub check: Option<Check>,
+    /// The values of other parameters that setting this one implies.
+    pub implications: Option<Implications>,
 }
 
 impl Descriptor {
@@ -89,6 +94,24 @@ impl Descriptor {
     /// Sets an additional check.
     pub fn check(self, check: Check) -> Descriptor {
         Descriptor { check: Some(check), ..self }
+    }
+
+    /// Makes the parameter a preset for others: setting it also sets these. A value that the same
+    /// request sets explicitly takes precedence.
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// use ros_runtime::parameters::{Descriptor, ParameterValue};
+    ///
+    /// let quality = Descriptor::dynamic("image quality").choices(["low", "high"]).implies(|value| {
+    ///     let high = *value == ParameterValue::String("high".to_owned());
+    ///     vec![("rate", ParameterValue::Double(if high { 60.0 } else { 15.0 }))]
+    /// });
+    /// assert!(quality.implications.is_some());
+    /// ```
+    pub fn implies(self, implications: Implications) -> Descriptor {
+        Descriptor { implications: Some(implications), ..self }
     }
 
     /// Returns the constraints for which `rcl_interfaces/ParameterDescriptor` has no separate
@@ -346,18 +369,21 @@ impl Parameters {
         changes: impl IntoIterator<Item = (&'a str, ParameterValue)>,
     ) -> Result<(), ParameterError> {
         let mut declared = self.lock();
+        let mut implied = Vec::new();
         let mut accepted = Vec::new();
         for (name, value) in changes {
-            let Some(entry) = declared.get(name) else {
-                let declared = declared.keys().cloned().collect();
-                return Err(ParameterError::Undeclared { name: name.to_owned(), declared });
-            };
-            if entry.descriptor.read_only {
-                return Err(ParameterError::ReadOnly(name.to_owned()));
-            }
+            let entry = changeable(&declared, name)?;
             let value = accept(name, value, entry.value.kind(), &entry.descriptor)?;
+            for (other, value) in entry.descriptor.implications.map_or(Vec::new(), |of| of(&value))
+            {
+                let entry = changeable(&declared, other)?;
+                let value = accept(other, value, entry.value.kind(), &entry.descriptor)?;
+                implied.push((other.to_owned(), value));
+            }
             accepted.push((name.to_owned(), value));
         }
+        implied.retain(|(name, _)| accepted.iter().all(|(explicit, _)| explicit != name));
+        accepted.extend(implied);
         for (name, value) in accepted {
             if let Some(entry) = declared.get_mut(&name)
                 && entry.value != value
@@ -367,6 +393,12 @@ impl Parameters {
             }
         }
         Ok(())
+    }
+
+    /// Returns whether setting a parameter also sets others.
+    pub(crate) fn has_implications(&self, name: &str) -> bool {
+        let declared = self.lock();
+        declared.get(name).is_some_and(|entry| entry.descriptor.implications.is_some())
     }
 
     /// Returns a receiver that yields all declared values and then every change. Only the first
@@ -398,7 +430,7 @@ impl Parameters {
     pub fn declarations(&self) -> Vec<Declaration> {
         let declaration = |(name, entry): (&String, &Declared)| {
             let Declared { value, default, descriptor } = entry.clone();
-            let Descriptor { description, read_only, choices, range, check: _ } = descriptor;
+            let Descriptor { description, read_only, choices, range, .. } = descriptor;
             let (name, expected) = (name.clone(), value.kind().to_string());
             Declaration { name, description, expected, value, default, read_only, choices, range }
         };
@@ -438,6 +470,21 @@ pub fn read_file_of(
 ) -> Result<BTreeMap<String, ParameterValue>, ParameterFileError> {
     let sections = file::read(path)?.into_iter();
     Ok(sections.filter(|s| s.matches(fully_qualified_name)).flat_map(|s| s.parameters).collect())
+}
+
+/// Returns a parameter that can be changed.
+fn changeable<'a>(
+    declared: &'a BTreeMap<String, Declared>,
+    name: &str,
+) -> Result<&'a Declared, ParameterError> {
+    let Some(entry) = declared.get(name) else {
+        let declared = declared.keys().cloned().collect();
+        return Err(ParameterError::Undeclared { name: name.to_owned(), declared });
+    };
+    match entry.descriptor.read_only {
+        true => Err(ParameterError::ReadOnly(name.to_owned())),
+        false => Ok(entry),
+    }
 }
 
 /// Returns the value, converted to the declared type, if the declaration allows it.
@@ -586,6 +633,30 @@ mod tests {
         }
         let expected = [("rate", 0.5), ("share", 0.5), ("rate", 0.75)];
         assert_eq!(received, expected.map(|(name, value)| (name.to_owned(), double(value))));
+    }
+
+    #[test]
+    fn a_preset_sets_other_parameters_unless_the_request_sets_them() {
+        let parameters = parameters("");
+        let double = ParameterValue::Double;
+        let descriptor = || Descriptor::dynamic("").range(0.0..=1.0);
+        parameters.declare("rate", 0.0, descriptor()).unwrap();
+        parameters.declare("share", 0.0, descriptor()).unwrap();
+        let preset = descriptor().implies(|level| {
+            let ParameterValue::Double(level) = *level else { unreachable!("the type is checked") };
+            let value = ParameterValue::Double(2.0 * level);
+            vec![("rate", value.clone()), ("share", value)]
+        });
+        parameters.declare("level", 0.0, preset).unwrap();
+        let values = || ["rate", "share"].map(|name| parameters.get::<f64>(name).unwrap());
+        parameters.set("level", double(0.25)).unwrap();
+        assert_eq!(values(), [0.5, 0.5]);
+        parameters.set_all([("share", double(0.75)), ("level", double(0.125))]).unwrap();
+        assert_eq!(values(), [0.25, 0.75]);
+        // Nothing changes if an implied value is invalid.
+        let error = parameters.set("level", double(0.75)).unwrap_err().to_string();
+        assert_eq!(error, "parameter 'rate' is the number 1.5: expected 0 to 1");
+        assert_eq!((values(), parameters.get("level")), ([0.25, 0.75], Some(0.125)));
     }
 
     #[test]

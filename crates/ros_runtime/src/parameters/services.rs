@@ -47,10 +47,8 @@ impl ParameterServices {
             let descriptors = request.names.iter().map(|name| descriptor(&parameters, name));
             describe_parameters::Response { descriptors: descriptors.collect() }
         };
-        let results = |request: set_parameters::Request| {
-            let set =
-                |change: &Parameter| set_atomically(&parameters, std::slice::from_ref(change));
-            set_parameters::Response { results: request.parameters.iter().map(set).collect() }
+        let results = |request: set_parameters::Request| set_parameters::Response {
+            results: set_each(&parameters, &request.parameters),
         };
         let result = |request: set_parameters_atomically::Request| {
             let result = set_atomically(&parameters, &request.parameters);
@@ -135,6 +133,18 @@ fn descriptor(parameters: &Parameters, name: &str) -> ParameterDescriptor {
         }
     }
     message
+}
+
+/// Sets each parameter on its own. Presets come first, so that a parameter file whose values differ
+/// from its preset can be loaded in any order.
+fn set_each(parameters: &Parameters, changes: &[Parameter]) -> Vec<SetParametersResult> {
+    let mut order: Vec<usize> = (0..changes.len()).collect();
+    order.sort_by_key(|index| !parameters.has_implications(&changes[*index].name));
+    let mut results = vec![SetParametersResult::default(); changes.len()];
+    for index in order {
+        results[index] = set_atomically(parameters, &changes[index..=index]);
+    }
+    results
 }
 
 fn set_atomically(parameters: &Parameters, changes: &[Parameter]) -> SetParametersResult {

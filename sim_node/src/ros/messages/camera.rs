@@ -8,18 +8,19 @@ use ros_interfaces::{
 
 use super::{OPTICAL, header};
 use crate::{
+    Simulation,
     camera::{
-        CHANNELS, Camera, Frame, HEIGHT, WIDTH,
+        CHANNELS, Frame, HEIGHT, WIDTH,
         equidistant::{DISTORTION, FOCAL_LENGTH, PRINCIPAL_POINT},
     },
-    world::World,
 };
 
-/// Renders the current image as a sensor_msgs/Image message: 20 x 7, `rgb8`, 60 bytes per row.
-pub(crate) fn image(camera: &Camera, world: &World, stamp: Time) -> Image {
+/// Returns image number `frame` since the latest step as a sensor_msgs/Image message: 20 x 7, `rgb8`,
+/// 60 bytes per row.
+pub(crate) fn image(simulation: &Simulation, frame: u32, stamp: Time) -> Image {
     let mut data = vec![0; Frame::LENGTH];
     if let Ok(bytes) = data.as_mut_slice().try_into() {
-        camera.render_to(world, bytes);
+        simulation.frame_to(frame, bytes);
     }
     Image {
         header: header(OPTICAL, stamp),

@@ -12,7 +12,7 @@ use ros_interfaces::{
 };
 
 use super::{BASE, CAMERA, ODOM, OPTICAL, header, stamp};
-use crate::camera::CameraSettings;
+use crate::{camera::CameraSettings, reality::Odometry as Estimate};
 
 /// A pose of the robot with its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,15 +50,20 @@ pub(crate) fn mount(settings: &CameraSettings, stamp: Time) -> TFMessage {
     }
 }
 
-/// Returns the true pose of the robot as odometry.
+/// Returns the odometry of the robot.
 ///
-/// The covariance is zero because the pose is exact. The twist is zero because the robot changes
-/// its pose instantaneously and is at rest at every stamp.
-pub(crate) fn odometry(robot: &Isometry2<f64>, stamp: Time) -> Odometry {
+/// The twist is zero because the robot changes its pose instantaneously and is at rest at every
+/// stamp.
+pub(crate) fn odometry(odometry: &Estimate, stamp: Time) -> Odometry {
+    let mut covariance = [0.0; 36];
+    // A row-major 6 x 6 matrix over x, y, z and the rotations about these axes.
+    covariance[0] = odometry.position_variance;
+    covariance[7] = odometry.position_variance;
+    covariance[35] = odometry.heading_variance;
     Odometry {
         header: header(ODOM, stamp),
         child_frame_id: BASE.to_owned(),
-        pose: PoseWithCovariance { pose: pose(robot, 0.0), covariance: [0.0; 36] },
+        pose: PoseWithCovariance { pose: pose(&odometry.pose, 0.0), covariance },
         twist: TwistWithCovariance::default(),
     }
 }

@@ -14,7 +14,9 @@ use task::Scenario;
 
 use super::*;
 use crate::{
+    Simulation,
     camera::{Camera, CameraSettings, WIDTH, equidistant::DISTORTION, lens},
+    reality::Odometry,
     ros::messages::StampedPose,
     world::{Layout, World, WorldSettings},
 };
@@ -115,16 +117,19 @@ fn the_optical_frame_matches_the_eye_of_the_renderer() {
 }
 
 #[test]
-fn odometry_is_the_true_pose_with_zero_covariance() {
+fn odometry_has_the_estimated_pose_with_its_variances() {
     let pose = Isometry2::new(Vector2::new(0.5, -0.25), 2.5);
-    let message = odometry(&pose, NOW);
+    let estimate = Odometry { pose, position_variance: 0.01, heading_variance: 0.02 };
+    let message = odometry(&estimate, NOW);
     assert_eq!(message.header, Header { stamp: NOW, frame_id: "odom".to_owned() });
     assert_eq!(message.child_frame_id, "base_link");
     let Point { x, y, z } = message.pose.pose.position;
     assert_eq!((x, y, z), (0.5, -0.25, 0.0));
     let (roll, pitch, yaw) = rotation(&message.pose.pose.orientation).euler_angles();
     assert!(roll.abs() < 1e-15 && pitch.abs() < 1e-15 && (yaw - 2.5).abs() < 1e-15);
-    assert_eq!(message.pose.covariance, [0.0; 36]);
+    let diagonal = [0.01, 0.01, 0.0, 0.0, 0.0, 0.02];
+    let covariance = nalgebra::Matrix6::from_diagonal(&diagonal.into());
+    assert_eq!(message.pose.covariance, covariance.as_slice());
     assert_eq!(message.twist, Default::default());
 }
 
@@ -145,7 +150,8 @@ fn a_path_has_the_stamp_and_position_of_every_pose() {
 fn camera_info_matches_its_image() {
     let world = fixed_world(Scenario::Empty, &[], &[], &[]);
     let camera = Camera::new(CameraSettings::default()).unwrap();
-    let (image, info) = (image(&camera, &world, NOW), camera_info(NOW));
+    let simulation = Simulation::new(world, camera);
+    let (image, info) = (image(&simulation, 0, NOW), camera_info(NOW));
     assert_eq!(info.header, image.header);
     assert_eq!(info.header, Header { stamp: NOW, frame_id: "camera_optical_frame".to_owned() });
     assert_eq!((info.width, info.height), (image.width, image.height));

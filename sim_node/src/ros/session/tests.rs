@@ -3,15 +3,21 @@
 use nalgebra::Isometry2;
 
 use super::{reset_ledger::MAX_SENDERS, *};
-use crate::{camera::CameraSettings, world::WorldSettings};
+use crate::{
+    camera::{Camera, CameraSettings},
+    world::WorldSettings,
+};
 
 const ALICE: ClientId = [1; 16];
 const BOB: ClientId = [2; 16];
 
+fn simulation(world: World) -> Simulation {
+    Simulation::new(world, Camera::new(CameraSettings::default()).unwrap())
+}
+
 fn session() -> Session {
     let world = World::new(WorldSettings::default(), Scenario::Empty, 0).unwrap();
-    let (session, first) =
-        Session::new(world, Camera::new(CameraSettings::default()).unwrap(), 0.5);
+    let (session, first) = Session::new(simulation(world), 0.5);
     assert_eq!(first.header.stamp, messages::stamp(500_000_000), "the first stamp");
     session
 }
@@ -30,7 +36,7 @@ fn step(session: &mut Session, episode: u64, number: u32, action: u8) -> step::R
 
 /// Renders an image between steps. Returns its stamp.
 fn frame_stamp(session: &mut Session) -> Time {
-    session.advance_time();
+    session.take_image();
     session.image().header.stamp
 }
 
@@ -107,7 +113,7 @@ fn a_retried_step_returns_the_stored_response_and_moves_nothing() {
     let (retried, executed) = session.step(&step::Request { episode, step: 1, action: 3 });
     assert_eq!((retried, executed), (first, None));
     assert_eq!(step(&mut session, episode, 1, 4).status, status::ACTION_DIFFERS);
-    assert_eq!(session.world.steps(), 1);
+    assert_eq!(session.world().steps(), 1);
 }
 
 #[test]
@@ -141,7 +147,7 @@ fn the_status_of_an_invalid_episode_states_the_reason() {
     assert_eq!(status_of(&mut session, current + 1), status::UNKNOWN_EPISODE);
     assert_eq!(status_of(&mut session, 12_345), status::UNKNOWN_EPISODE);
     assert_eq!(status_of(&mut session, current ^ (1 << 40)), status::SIMULATOR_RESTARTED);
-    assert_eq!(session.world.steps(), 0);
+    assert_eq!(session.world().steps(), 0);
 }
 
 #[test]
@@ -150,15 +156,14 @@ fn rejects_an_action_above_6() {
     let response = step(&mut session, 0, 0, 9);
     assert_eq!(response.status, status::INVALID_ACTION);
     assert!(response.message.contains('9'), "{}", response.message);
-    assert_eq!(session.world.steps(), 0);
+    assert_eq!(session.world().steps(), 0);
 }
 
 #[test]
 fn after_the_end_of_the_episode_only_a_retry_of_the_last_step_succeeds() {
     let world =
         World::new(WorldSettings { max_steps: 2, ..Default::default() }, Scenario::Empty, 3);
-    let camera = Camera::new(CameraSettings::default()).unwrap();
-    let (mut session, _) = Session::new(world.unwrap(), camera, 0.5);
+    let (mut session, _) = Session::new(simulation(world.unwrap()), 0.5);
     let episode = session.episode_number();
     step(&mut session, episode, 1, 0);
     let last = step(&mut session, episode, 2, 0);
@@ -179,7 +184,7 @@ fn the_first_interface_used_controls_the_episode() {
     assert!(session.command(&command).unwrap_err().contains("service"));
     let informational = ActionCommand { sent_by_service: true, ..command };
     assert_eq!(session.command(&informational), Ok(None));
-    assert_eq!(session.world.steps(), 1);
+    assert_eq!(session.world().steps(), 1);
 }
 
 #[test]

@@ -22,6 +22,7 @@ use ros_runtime::{
     discovery::{Discovery, Range},
     security::Security,
 };
+use sim_node::world::WorldSettings;
 
 use self::{report::Report, watcher::Watcher};
 
@@ -166,7 +167,8 @@ fn main() -> anyhow::Result<()> {
     let plan = Plan { scenario: SCENARIO.to_owned(), episodes, seed: SEED, rooms: 1 };
     let mut settings = PRESET.settings();
     settings.exploration.epsilon.minimum = MIN_EPSILON;
-    let undisturbed = Outcome::with_settings(plan, settings, MAX_STEPS, &nodes.path("here"));
+    let world = WorldSettings { max_steps: MAX_STEPS, ..WorldSettings::default() };
+    let undisturbed = Outcome::with_settings(plan, settings, world, &nodes.path("here"));
     let steps = outcome.steps();
     let too_short = || {
         anyhow!(

@@ -1,0 +1,42 @@
+//! What a real robot adds to the world of the paper: an imperfect camera, light, motion and odometry.
+//!
+//! [`Reality`] holds the strength of each perturbation; all are off by default. At the start of an
+//! episode, [`Conditions::draw`] draws what stays the same during the episode, such as the
+//! brightness. Noise is drawn for each step and image.
+//!
+//! Everything depends only on the key of the episode, the number of the step and the number of the
+//! image, through [`task::Random`]. Each quantity has its own random numbers, so switching one
+//! perturbation on or off does not change the others.
+//!
+//! # Examples
+//!
+//! ```
+//! use sim_node::reality::{Conditions, Randomization, Reality};
+//!
+//! let reality = Reality::of(Randomization::Mild);
+//! let conditions = Conditions::draw(&reality, 7);
+//! assert!((0.8..1.25).contains(&conditions.camera.gain));
+//! assert_eq!(conditions, Conditions::draw(&reality, 7));
+//! assert_eq!(Conditions::draw(&Reality::default(), 7), Conditions::default());
+//! ```
+
+mod conditions;
+mod gaussian;
+mod interval;
+mod odometry;
+mod perturbation;
+mod settings;
+#[cfg(test)]
+mod tests;
+
+pub use conditions::{
+    CameraConditions, Conditions, LightConditions, MotionConditions, ObstacleConditions,
+    OdometryConditions, SurfaceConditions, Tint,
+};
+pub use interval::{Interval, IntervalError};
+pub use odometry::Odometry;
+pub use perturbation::Perturbation;
+pub use settings::{
+    BlockedMotion, CameraReality, MotionReality, ObstacleReality, OdometryReality, Randomization,
+    Reality, SurfaceReality, UnknownName,
+};

@@ -1,0 +1,153 @@
+//! Perturbations of the simulator, set and observed over DDS.
+
+use std::time::Duration;
+
+use evac_msgs::{Reset, reset, status};
+use evac_tests::{Nodes, Outcome, TIMEOUT};
+use learning::{settings::Preset, training::Plan};
+use ros_interfaces::{
+    builtin_interfaces::Time, diagnostic_msgs::DiagnosticArray, rosgraph_msgs::Clock,
+    sensor_msgs::Image,
+};
+use ros_runtime::{
+    node::{Node, Subscription, reliable},
+    parameters::{ParameterClient, ParameterValue},
+};
+use sim_node::{
+    reality::{Randomization, Reality},
+    world::WorldSettings,
+};
+
+/// Timeout of a training run; ample for its few hundred steps.
+const TRAINING: Duration = Duration::from_secs(300);
+/// Keeps the episodes of an untrained agent short.
+const MAX_STEPS: u32 = 60;
+
+fn next<M: ros_interfaces::RosMessage>(node: &Node, topic: &Subscription<M>) -> M {
+    let next = node.block_on(async { tokio::time::timeout(TIMEOUT, topic.async_take()).await });
+    next.expect("a message arrives before the timeout").expect("the message is valid").0
+}
+
+#[test]
+fn training_with_randomization_gives_the_same_result_despite_killed_simulators() {
+    let mut nodes = Nodes::new();
+    let out = nodes.path("run");
+    let max_steps = format!("max_steps:={MAX_STEPS}");
+    let simulator = [max_steps.as_str(), "randomization:=strong"];
+    nodes.start_simulator(&simulator);
+    let plan = Plan { scenario: "three_moving".to_owned(), episodes: 12, seed: 5, rooms: 1 };
+    let arguments = [
+        &format!("out:='{}'", out.display()),
+        "scenario:=three_moving",
+        "episodes:=12",
+        "seed:=5",
+        "evaluation_episodes:=3",
+        "max_steps:=20",
+    ];
+    nodes.start_agent("train", &arguments);
+    for _ in 0..2 {
+        nodes.wait_for_steps(40);
+        nodes.kill("sim_node");
+        nodes.start_simulator(&simulator);
+    }
+    nodes.succeed("agent_node", TRAINING);
+    let log = nodes.log("agent_node");
+    assert!(log.contains("the simulator was restarted: replaying"), "{log}");
+    let world = WorldSettings {
+        max_steps: MAX_STEPS,
+        reality: Reality::of(Randomization::Strong),
+        ..WorldSettings::default()
+    };
+    let here =
+        Outcome::with_settings(plan, Preset::default().settings(), world, &nodes.path("here"));
+    Outcome::read_from(&out).assert_identical(&here);
+    let config = std::fs::read_to_string(out.join("config.yaml")).expect("config.yaml exists");
+    for line in ["randomization: strong", "camera.noise: 10.0", "motion.blocked: mixed"] {
+        assert!(config.contains(line), "{line} is missing from\n{config}");
+    }
+}
+
+#[test]
+fn a_level_set_at_run_time_takes_effect_at_the_next_reset_and_is_reported() {
+    let mut nodes = Nodes::new();
+    nodes.start_simulator(&[]);
+    let mut node = nodes.client();
+    let resets = node.create_client::<Reset>("reset").expect("a client can be created");
+    let parameters = ParameterClient::new(&mut node, "sim_node").expect("a client can be created");
+    let reports = node
+        .create_subscription::<DiagnosticArray>("/diagnostics", reliable(10))
+        .expect("the topic can be subscribed to");
+    let reset = |request| {
+        let request = reset::Request { request, seed: 7, scenario: "concave".to_owned() };
+        let response = node.block_on(resets.call(request, Some(TIMEOUT))).expect("a response");
+        assert_eq!(response.status, status::OK, "{}", response.message);
+        response.image.data
+    };
+    let set = |name, value| {
+        node.block_on(parameters.set(name, value, TIMEOUT)).expect("the service responds")
+    };
+    let level = |name: &str| set("randomization", ParameterValue::String(name.to_owned()));
+    let wait_for_report = |message: &str| loop {
+        let report = next(&node, &reports);
+        if report
+            .status
+            .iter()
+            .any(|status| status.name.ends_with(": perturbations") && status.message == message)
+        {
+            break;
+        }
+    };
+    let clean = reset(1);
+    level("strong").expect("the level is valid");
+    let strong = reset(2);
+    assert_ne!(strong, clean);
+    assert_eq!(reset(3), strong, "the perturbations depend only on the seed");
+    wait_for_report("strong");
+    set("camera.noise", ParameterValue::Double(1.0)).expect("the value is valid");
+    assert_ne!(reset(4), strong);
+    wait_for_report("custom");
+    level("none").expect("the level is valid");
+    assert_eq!(reset(5), clean, "without perturbations, the bytes are as before");
+    let error = level("extreme").expect_err("an unknown level is refused");
+    assert!(error.contains("expected one of none, mild, strong"), "{error}");
+}
+
+#[test]
+fn images_in_real_time_are_delayed_lost_and_noisy() {
+    let mut nodes = Nodes::new();
+    nodes.start_simulator(&[
+        "frame_rate:=50",
+        "camera.noise:=5",
+        "camera.latency:=0.3",
+        "camera.drop_rate:=0.5",
+    ]);
+    let node = nodes.client();
+    let images = node
+        .create_subscription::<Image>("camera/image", reliable(100))
+        .expect("the topic can be subscribed to");
+    let clock = node
+        .create_subscription::<Clock>("clock", reliable(100))
+        .expect("the topic can be subscribed to");
+    let nanoseconds = |stamp: Time| i64::from(stamp.sec) * 1_000_000_000 + i64::from(stamp.nanosec);
+    // All images that have been taken have a stamp on the clock.
+    let (mut stamps, mut received) = (Vec::new(), Vec::new());
+    while received.len() < 60 {
+        let image = next(&node, &images);
+        while let Some((message, _)) = clock.take().expect("the message is valid") {
+            stamps.push(nanoseconds(message.clock));
+        }
+        // The clock is already past the exposure by the latency. This holds however late the image
+        // is received, and however the two topics are scheduled, but for the first few images.
+        let stamp = nanoseconds(image.header.stamp);
+        let now = stamps.last().copied().unwrap_or_default();
+        received.push((stamp, now - stamp, image.data));
+    }
+    let late = received.iter().filter(|(_, delay, _)| *delay >= 200_000_000).count();
+    assert!(late >= 50, "only {late} of 60 images were delayed");
+    assert!(received.windows(2).all(|pair| pair[0].0 < pair[1].0), "the order is kept");
+    let different = received.windows(2).filter(|pair| pair[0].2 != pair[1].2).count();
+    assert_eq!(different, 59, "each image has its own noise");
+    let (first, last) = (received[0].0, received[59].0);
+    let taken = stamps.iter().filter(|stamp| (first..=last).contains(stamp)).count();
+    assert!((90..180).contains(&taken), "60 of {taken} images were received");
+}
