@@ -84,8 +84,8 @@ crate_directory() {
 }
 
 if [[ ! -d "$directory/$name" ]]; then
-    # Runs in the root directory, because a configuration in the repository or in a directory above it
-    # may point to a corrected copy.
+    # Runs cargo in `/`, because a .cargo/config.toml in the repository or above it may point to a
+    # corrected copy.
     original=$(crate_directory /)
     [[ -f "$original/Cargo.toml" ]] || fail "RustDDS $version not found in the output of cargo metadata"
 

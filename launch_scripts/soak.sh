@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Trains for a million steps over a bad network.
+# Trains for a million steps over an unreliable network.
 # Builds the programs if necessary, then runs 'evac soak' with all arguments.
 #
 #   launch_scripts/soak.sh --help

@@ -4,11 +4,11 @@
 #   launch_scripts/test.sh [--all | --soak] [options of cargo test]
 #
 #   (no option)  the short tests, which take a few minutes
-#   --all        also the long tests: kills, bad networks, interruptions, hostile packets, a full disk,
+#   --all        also the long tests: killed processes, unreliable networks, interruptions, hostile packets, a full disk,
 #                colcon, Fast DDS, security, the output shown in the tutorial. They need root and the
 #                Debian packages that .ci/run installs. EVAC_ROS2=required adds the ROS 2 Jazzy tests;
 #                source ROS 2 first
-#   --soak       a training run of a million steps over a bad network (soak.sh)
+#   --soak       a training run of a million steps over an unreliable network (soak.sh)
 #
 # The peers from PyPI are installed in .venv, a virtual environment in the repository.
 

@@ -35,7 +35,7 @@ const TIMEOUT: Duration = Duration::from_secs(60);
 /// Time for messages in transit to arrive and for endpoints to be matched or unmatched.
 const SETTLE_TIME: Duration = Duration::from_secs(1);
 
-/// The simulator as a process, and a node in this process with clients for its services.
+/// A running `sim_node` process, and a node in the process of the test with clients for its services.
 struct Simulator {
     process: Child,
     node: Node,
@@ -116,8 +116,8 @@ impl<M: RosMessage + DeserializeOwned + Debug> Subscriber<M> {
 
     /// Subscribes to a latched topic.
     ///
-    /// A late subscriber needs a new node, because RustDDS delivers messages that one subscriber of
-    /// a participant has received to later subscribers of the same participant.
+    /// To test a late subscriber, pass a new node: if a participant already has a subscriber to the
+    /// topic, RustDDS also passes the messages that it received earlier on to the new one.
     fn latched(node: &mut Node, topic: &str) -> Self {
         Self(node.create_subscription(topic, latched(100)).expect("a subscription"))
     }

@@ -1,4 +1,4 @@
-"""Receives the diagnostics and parameter events of a node with CycloneDDS.
+"""Uses CycloneDDS to receive the diagnostics and parameter events of a node.
 
 Prints the line "listening" once both subscriptions match. Waits for a report from the node on
 /diagnostics, then for a change to a parameter on /parameter_events, and prints one line of JSON:

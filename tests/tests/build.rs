@@ -60,8 +60,9 @@ fn every_selection_builds_rustdds_with_the_same_features() {
         "--package experiments --features programs --edges normal,build",
     ] {
         for (package, found) in features(&names, selection) {
-            // A subset suffices: if the nodes also need the package for procedural macros, it has a
-            // second set of features that a selection without those macros lacks.
+            // A subset is enough: Cargo resolves the dependencies of procedural macros separately, so
+            // a package can have two sets of features, and a selection without those macros has only
+            // one of them.
             let expected = nodes.get(&package).expect("the nodes also depend on it");
             assert!(
                 found.is_subset(expected),

@@ -1,5 +1,5 @@
-//! No file of a crate takes part in a circle of files that use each other. A test module and a
-//! re-export (`pub use`) use nothing.
+//! No file of a crate is part of a dependency cycle of files. Test modules and re-exports (`pub use`)
+//! do not count as dependencies.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -28,7 +28,7 @@ struct Files {
     modules: BTreeMap<Vec<String>, PathBuf>,
     /// The target of each re-export (`pub use`), by module and name.
     exports: BTreeMap<(Vec<String>, String), Vec<String>>,
-    /// The paths that a module uses, as it writes them.
+    /// Each use of a path: the module, and the path as written in its source.
     uses: Vec<(Vec<String>, Vec<String>)>,
 }
 

@@ -28,7 +28,7 @@ fn rejects_invalid_parameters_and_arguments() {
         ),
         (&["-p", "episodes:=abc"], "parameter 'episodes' is the string 'abc': expected an integer"),
         (&["-p", "episodes:=0"], "parameter 'episodes' is the integer 0: expected 1 to"),
-        (&["-p", "epsiodes:=5"], "no parameter 'epsiodes'"),
+        (&["-p", "epsiodes:=5"], "unknown parameter 'epsiodes'"),
         (&["-p", "scenario:=desert"], "expected one of empty, one_cylinder"),
         (&["-r", "nonsense"], "couldn't parse the remapping 'nonsense'"),
         (&["--params-file", "nowhere.yaml"], "parameter file nowhere.yaml: No such file"),
@@ -130,7 +130,7 @@ fn rejects_missing_and_damaged_models() {
     let resume = ["train", "--ros-args", "-p", "resume:=true", "-p", "episodes:=2", "-p", &out];
     let other = [&resume[..], &["-p", "seed:=9"]].concat();
     let line = startup_error(&nodes, "agent_node", &other);
-    assert!(line.contains("does not fit: its seed is 0, not 9"), "{line}");
+    assert!(line.contains("does not match this run: its seed is 0 (expected: 9)"), "{line}");
     fs::write(&checkpoint, &bytes[..bytes.len() - 100]).expect("the checkpoint is writable");
     let line = startup_error(&nodes, "agent_node", &resume);
     assert!(line.contains("checkpoint.safetensors is damaged"), "{line}");

@@ -50,10 +50,10 @@ fn rejects_invalid_options_before_any_node_starts() {
             "'batch_size' is 60000: expected at most memory_capacity",
         ),
         (&["train", "--step-duration", "0"], "'step_duration' is the number 0: expected"),
-        (&["train", "--", "-p", "nonsense:=1"], "no parameter 'nonsense': this node has"),
+        (&["train", "--", "-p", "nonsense:=1"], "unknown parameter 'nonsense' (expected: "),
         // The arguments that `ros2 launch` appends.
         (&["train", "--episodes", "0", "--ros-args"], "'episodes' is the integer 0"),
-        (&["train", "--ros-args", "-p", "nonsense:=1"], "no parameter 'nonsense': this node has"),
+        (&["train", "--ros-args", "-p", "nonsense:=1"], "unknown parameter 'nonsense' (expected: "),
         (&["drive"], "missing option --model DIR"),
         (&["evaluate", "--model", "/nowhere"], "no trained model in /nowhere"),
     ] {

@@ -98,6 +98,26 @@ fn parameters_are_documented() {
 }
 
 #[test]
+fn the_levels_of_randomization_are_documented() {
+    let nodes = Nodes::new();
+    let levels = ["none", "mild", "strong"].map(|level| -> Vec<Value> {
+        let parameter = format!("randomization:={level}");
+        let arguments = ["parameters", "--ros-args", "-p", &parameter];
+        serde_json::from_str(&printed(&nodes, "sim_node", &arguments)).expect("a JSON list")
+    });
+    let mut table = "| parameter | `none` | `mild` | `strong` |\n|---|---|---|---|\n".to_owned();
+    for (index, parameter) in levels[0].iter().enumerate() {
+        let [none, mild, strong] = levels.each_ref().map(|level| &level[index]["value"]);
+        if none != strong && parameter["name"] != "randomization" {
+            let name = parameter["name"].as_str().expect("a name");
+            writeln!(table, "| `{name}` | `{none}` | `{mild}` | `{strong}` |")
+                .expect("writing to a string succeeds");
+        }
+    }
+    assert_section("parameters.md", "levels", &table.replace('"', ""));
+}
+
+#[test]
 fn commands_are_documented() {
     let nodes = Nodes::new();
     let fenced = |text: String| {

@@ -106,7 +106,7 @@ fn topic_list_echo_and_info_work() {
 fn the_rviz_configuration_uses_published_topics() {
     let nodes = simulator();
     let file = repository().join("launch_scripts/rviz/evac.rviz");
-    let settings = std::fs::read_to_string(file).expect("the configuration of RViz");
+    let settings = std::fs::read_to_string(file).expect("the RViz configuration is readable");
     let values = settings.lines().filter_map(|line| line.trim().strip_prefix("Value: "));
     let topics: Vec<&str> = values.filter(|value| value.starts_with('/')).collect();
     assert!(topics.contains(&"/camera/image") && topics.contains(&"/scene"), "{topics:?}");

@@ -169,6 +169,26 @@ fn a_node_that_fails_is_restarted_and_the_training_continues() {
     Outcome::read_from(&out).assert_identical(&undisturbed);
 }
 
+/// An earlier bar would overwrite the lines below it.
+#[test]
+fn on_a_narrow_terminal_the_progress_bar_of_training_ends_before_the_evaluation() {
+    let nodes = Nodes::new();
+    binary("agent_node");
+    let train = repository().join("launch_scripts/train.sh");
+    let train = format!(
+        "stty cols 80; exec '{}' --episodes 60 --evaluation-episodes 60 --max-steps 20 --out '{}'",
+        train.display(),
+        nodes.path("run").display()
+    );
+    let (status, text, _) = nodes.run(nodes.command("script").args(["-qec", &train, "/dev/null"]));
+    assert!(status.success(), "{text}");
+    let (training, evaluation) =
+        text.split_once("evaluation 0/60").expect("the bar of the evaluation");
+    assert!(training.contains("training 60/60"), "{training}");
+    assert!(!evaluation.contains("training 60/60"), "{evaluation}");
+    assert!(evaluation.contains("results written to"), "{evaluation}");
+}
+
 #[test]
 fn ctrl_c_in_a_terminal_saves_the_training_and_leaves_no_process() {
     let nodes = Nodes::new();

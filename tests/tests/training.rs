@@ -130,7 +130,8 @@ fn training_publishes_actions_and_q_values() {
 /// Sets the parameter at the start and while the node is running.
 #[test]
 fn use_sim_time_selects_the_clock_of_the_agent() {
-    // In seconds: wall time is later; the simulation time of a test, which starts at 0, is earlier.
+    // Separates the two clocks, in seconds: wall time is above it; simulated time starts at 0 and
+    // stays below it.
     const THRESHOLD_S: i32 = 1_000_000_000;
     let mut nodes = Nodes::new();
     let out = format!("out:='{}'", nodes.path("run").display());
@@ -152,7 +153,7 @@ fn use_sim_time_selects_the_clock_of_the_agent() {
             latest = stamp;
         }
         assert!(latest > Time::default());
-        for (use_sim_time, clock) in [(false, "wall time"), (true, "simulation time")] {
+        for (use_sim_time, clock) in [(false, "wall time"), (true, "simulated time")] {
             let value = ParameterValue::Bool(use_sim_time);
             let set = parameters.set("use_sim_time", value, TIMEOUT).await;
             assert_eq!(set, Ok(Ok(())));

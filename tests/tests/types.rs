@@ -70,7 +70,7 @@ fn a_node_describes_exactly_the_types_it_uses() {
     let other_hash = types.hash(&QValues::full_name()).expect("a definition");
     let unused = client.call(QValues::full_name(), &other_hash, true);
     assert!(!unused.successful);
-    let reason = "no type 'evac_msgs/msg/QValues': this node has ";
+    let reason = "unknown type 'evac_msgs/msg/QValues' (expected: ";
     assert!(unused.failure_reason.starts_with(reason), "{}", unused.failure_reason);
     assert_eq!((unused.type_description, unused.type_sources), Default::default());
     let mismatched = client.call(Image::full_name(), &other_hash, true);

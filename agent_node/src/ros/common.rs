@@ -30,7 +30,7 @@ pub(super) struct CommonParameters {
     figures: bool,
 }
 
-/// The access to the simulator that `train` and `evaluate` share.
+/// What `train` and `evaluate` need for the simulator, and whether they draw figures.
 pub(super) struct Common {
     deadline: Option<Duration>,
     pub(super) simulator_parameters: ParameterClient,
@@ -138,8 +138,8 @@ impl EvaluationParameters {
         let limits = minimum..=10_000_000;
         Ok(EvaluationParameters {
             episodes: count(parameters, episodes, 1000, limits, episodes_help)? as u32,
-            // The default is the same for every model, so that all models are evaluated in the same
-            // rooms.
+            // The default is the same for every model, so that all models are evaluated on the same
+            // episodes.
             seed: count(parameters, seed, 1, 0..=LARGEST_SEED, seed_help)?,
             max_steps: count(parameters, "max_steps", 200, 1..=1_000_000, steps_help)? as u32,
         })

@@ -27,7 +27,8 @@ impl Console {
             true => ProgressBar::new(u64::from(episodes)),
             false => ProgressBar::hidden(),
         };
-        let template = "{prefix} {pos}/{len} {bar:30.green/blue} {elapsed} ({eta} left)  {msg}";
+        // The message is cut off at the edge of the terminal.
+        let template = "{prefix} {pos}/{len} {bar:20.green/blue} {elapsed} {wide_msg}";
         let style = ProgressStyle::with_template(template).expect("the template is well-formed");
         bar.set_style(style);
         bar.set_prefix(label);
@@ -64,7 +65,7 @@ impl Console {
         last: &EvaluationEpisode,
     ) {
         let success_rate = 100.0 * f64::from(succeeded) / f64::from(finished.max(1));
-        let facts = format!("success rate {success_rate:.1} %  last episode {} steps", last.steps);
+        let facts = format!("success rate {success_rate:.1} %  steps {}", last.steps);
         self.show(u64::from(finished), episodes, facts);
     }
 

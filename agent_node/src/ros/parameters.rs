@@ -209,9 +209,9 @@ pub(super) fn model_settings(
         parameters,
         "avoid_repetition",
         avoid_repetition,
-        "in decisions and in the maximum over a' in eq. 5, exclude actions that were tried at an \
-         identical image within the last 50 steps of the episode; if all were tried, only the one \
-         tried longest ago is allowed",
+        "exclude actions already taken in response to an identical image within the last 50 steps \
+         of the episode, in decisions and in the maximum over a' in eq. 5; if this excludes all \
+         actions, the least recently taken one is allowed",
     )?;
     let mirror = defaults.get("mirror", settings.replay.mirror)?;
     settings.replay.mirror = declare(

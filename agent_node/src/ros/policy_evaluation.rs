@@ -89,8 +89,12 @@ impl EvaluationListener for ConsoleListener<'_> {
     fn step(&mut self, episode: u32, step: u32, image: &Image, decision: &Decision) {
         self.announcer.announce(decision);
         if step == 0 && self.frames.len() < REPORT_FRAMES {
-            let turn = decision.action.turn_degrees();
-            let caption = format!("Evaluation episode {episode}: turn by {turn:+}\u{b0}");
+            let action = match decision.action.turn_degrees() {
+                0 => "straight ahead".to_owned(),
+                turn if turn > 0 => format!("{turn}\u{b0} to the left"),
+                turn => format!("{}\u{b0} to the right", -turn),
+            };
+            let caption = format!("Evaluation episode {episode}; first action: {action}");
             self.frames.push(CaptionedFrame { image: image.clone(), caption });
         }
     }

@@ -75,7 +75,9 @@ pub fn train(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<()>
         }
     }
     let outcome = run(&mut training, &mut environments, &mut listener);
-    let TrainingListener { announcers, saver, .. } = listener;
+    let TrainingListener { announcers, saver, console, .. } = listener;
+    // Ends the progress bar before the next one starts.
+    drop(console);
     // Waits until the checkpoint that is being written is complete: `save` writes the same files.
     drop(saver);
     if !save(outcome, &training, &directory, &options.out)? {
@@ -212,7 +214,8 @@ impl Options {
             return Ok((directory, training));
         }
         let (directory, moved) = RunDirectory::create(out)?;
-        if let Some(moved) = moved {
+        if let Some(moved) = moved.as_deref().and_then(Path::file_name) {
+            let moved = out.with_file_name(moved);
             info!("moved the earlier run from {} to {}", out.display(), moved.display());
         }
         Ok((directory, Training::new(self.plan.clone(), self.settings.clone())?))

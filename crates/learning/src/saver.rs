@@ -200,6 +200,6 @@ mod tests {
         // A checkpoint of another training run is not damaged, so the previous one is not tried.
         write(&training, &run).unwrap();
         let other = Plan { seed: 4, ..plan.clone() };
-        assert!(matches!(super::load(&run, &other, &settings), Err(LoadError::DoesNotFit { .. })));
+        assert!(matches!(super::load(&run, &other, &settings), Err(LoadError::Mismatch { .. })));
     }
 }

@@ -98,16 +98,19 @@ impl Chart<'_> {
             .y_desc(self.y_label)
             .draw()?;
 
-        let is_visible = |(x, y): &&(f64, f64)| self.x.contains(*x) && self.y.contains(*y);
-        let points = self.points.iter().filter(is_visible).copied();
+        let is_visible = |(x, y): &(f64, f64)| self.x.contains(*x) && self.y.contains(*y);
+        let points = self.points.iter().filter(|at| is_visible(at)).copied();
         let radius = scaled(3) / 2;
         chart.draw_series(points.map(|at| Circle::new(at, radius, POINTS.mix(0.6).filled())))?;
-        let line: Vec<_> = self.line.iter().filter(is_visible).copied().collect();
-        // A line through a single point would be invisible.
-        if let [single] = line[..] {
-            chart.draw_series([Circle::new(single, scaled(3), LINE.filled())])?;
+        // Interrupts the line where it is outside the plot.
+        for line in self.line.split(|at| !is_visible(at)) {
+            // A line through a single point would be invisible.
+            if let [single] = line {
+                chart.draw_series([Circle::new(*single, scaled(3), LINE.filled())])?;
+            }
+            let line = line.iter().copied();
+            chart.draw_series(LineSeries::new(line, LINE.stroke_width(scaled(2))))?;
         }
-        chart.draw_series(LineSeries::new(line, LINE.stroke_width(scaled(2))))?;
         canvas.present()
     }
 }

@@ -33,7 +33,7 @@ pub(super) fn learning_curve(records: &[EpisodeRecord]) -> Result<[Figure; 2], P
         title: "Return per episode",
         y_label: "Return (sum of rewards)",
         caption: "Compare with Figure 3 of the paper. A return closer to zero means that the robot \
-                  reached the exit in fewer steps. Up to 2 % of the episodes lie below the plot.",
+                  reached the exit in fewer steps.",
         size: (920, 330),
         y: |curve| Some(Axis::linear(curve.lower_limit()?, curve.extent()?.1)),
     };
@@ -63,7 +63,8 @@ pub(super) fn details(records: &[EpisodeRecord]) -> Result<[Figure; 4], PlotErro
     let loss = PlotSpec {
         title: "Loss",
         y_label: "Mean loss (log scale)",
-        caption: "",
+        caption: "The loss rises with the action values, which start near zero. It does not measure \
+                  success.",
         size,
         y: logarithmic,
     };

@@ -8,7 +8,7 @@ use task::Image;
 pub struct CaptionedFrame {
     /// The camera image.
     pub image: Image,
-    /// Caption, e.g. "Evaluation episode 7: turn by +45°".
+    /// Caption, e.g. "Evaluation episode 7; first action: 45° to the left".
     pub caption: String,
 }
 

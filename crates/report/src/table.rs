@@ -52,7 +52,7 @@ pub(super) fn evaluation_rows(evaluation: &Evaluation) -> Vec<Row> {
             "Evaluation episodes",
             count(evaluation.episodes.into()),
             format!(
-                "seed {}, at most {} steps each, greedy policy (no exploration)",
+                "evaluation seed {}, at most {} steps each, greedy policy (no exploration)",
                 evaluation.seed,
                 count(evaluation.max_steps.into())
             ),
@@ -88,7 +88,8 @@ pub(super) fn evaluation_rows(evaluation: &Evaluation) -> Vec<Row> {
         rows.push(Row::new(
             "Steps / shortest path",
             decimal(ratio, 2),
-            "over all successful episodes; 1 is optimal",
+            "steps of the successful episodes divided by the shortest paths of the same episodes; 1 is \
+             optimal",
         ));
     }
     rows.extend([

@@ -83,7 +83,8 @@ impl<M: RosMessage> Publisher<M> {
             Ok(()) => {}
             Err(WriteError::WouldBlock { .. }) => {
                 let unsent = self.unsent.fetch_add(1, Ordering::Relaxed) + 1;
-                // The warning is logged only at powers of two, because thousands may follow.
+                // Logged only if the count is a power of two, because thousands of messages may be
+                // dropped.
                 if unsent.is_power_of_two() {
                     let name = &self.name;
                     warn!("{name}: a subscriber is too slow; messages dropped so far: {unsent}");

@@ -25,7 +25,7 @@ const START_TYPE_DESCRIPTION_SERVICE: &str = "start_type_description_service";
 /// The reason for a failed request.
 #[derive(Debug, Error, PartialEq)]
 enum DescriptionError {
-    #[error("no type '{}': this node has {}", escaped(.name), used.join(", "))]
+    #[error("unknown type '{}' (expected: {})", escaped(.name), used.join(", "))]
     NotUsed { name: String, used: Vec<String> },
     #[error("type_hash is '{}': expected {expected} for {name}", escaped(.hash))]
     OtherHash { hash: String, expected: String, name: String },
@@ -174,8 +174,8 @@ mod tests {
 
     #[test]
     fn rejects_unused_types_and_other_hashes() {
-        let unused = "no type 'std_msgs/msg/ColorRGBA': this node has my_msgs/srv/Move, \
-                      std_msgs/msg/Header";
+        let unused = "unknown type 'std_msgs/msg/ColorRGBA' (expected: my_msgs/srv/Move, \
+                      std_msgs/msg/Header)";
         assert_eq!(response("std_msgs/msg/ColorRGBA", "", true), Err(unused.to_owned()));
         let hash = hash("std_msgs/msg/Header");
         let other = format!("type_hash is 'RIHS01_': expected {hash} for std_msgs/msg/Header");
@@ -184,7 +184,7 @@ mod tests {
 
     #[test]
     fn errors_escape_the_name_and_the_hash_of_the_request() {
-        let unused = r"no type 'a\nb': this node has my_msgs/srv/Move, std_msgs/msg/Header";
+        let unused = r"unknown type 'a\nb' (expected: my_msgs/srv/Move, std_msgs/msg/Header)";
         assert_eq!(response("a\nb", "", true), Err(unused.to_owned()));
         let hash = hash("std_msgs/msg/Header");
         let other = format!(r"type_hash is 'a\nb': expected {hash} for std_msgs/msg/Header");

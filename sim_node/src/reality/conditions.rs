@@ -226,8 +226,8 @@ impl Conditions {
         MotionConditions {
             turn_noise: motion.turn_noise.to_radians(),
             step_noise: motion.step_noise,
-            turn_bias: motion.turn_bias.draw(&mut random).to_radians(),
-            step_bias: motion.step_bias.draw(&mut random),
+            turn_bias: random.within(motion.turn_bias).to_radians(),
+            step_bias: random.within(motion.step_bias),
             stops_short: match motion.blocked {
                 BlockedMotion::Stay => false,
                 BlockedMotion::StopShort => true,

@@ -88,10 +88,10 @@ pub struct MotionReality {
     pub turn_noise: f64,
     /// Standard deviation of the step, relative to its length.
     pub step_noise: f64,
-    /// Error of every turn of an episode, in degrees.
-    pub turn_bias: Interval,
-    /// Error of every step of an episode, relative to its length.
-    pub step_bias: Interval,
+    /// Largest error of all turns of an episode, in degrees; each episode draws its error uniformly.
+    pub turn_bias: f64,
+    /// Largest error of all steps of an episode, relative to their length; drawn likewise.
+    pub step_bias: f64,
     /// What a blocked move does.
     pub blocked: BlockedMotion,
 }
@@ -101,8 +101,8 @@ impl Default for MotionReality {
         MotionReality {
             turn_noise: 0.0,
             step_noise: 0.0,
-            turn_bias: Interval::only(0.0),
-            step_bias: Interval::only(0.0),
+            turn_bias: 0.0,
+            step_bias: 0.0,
             blocked: BlockedMotion::Stay,
         }
     }
@@ -157,8 +157,8 @@ impl Reality {
                 motion: MotionReality {
                     turn_noise: 2.0,
                     step_noise: 0.02,
-                    turn_bias: around(1.0),
-                    step_bias: around(0.02),
+                    turn_bias: 1.0,
+                    step_bias: 0.02,
                     blocked: BlockedMotion::Stay,
                 },
                 odometry: OdometryReality { noise: 0.01, drift: 0.005 },
@@ -181,8 +181,8 @@ impl Reality {
                 motion: MotionReality {
                     turn_noise: 6.0,
                     step_noise: 0.08,
-                    turn_bias: around(4.0),
-                    step_bias: around(0.08),
+                    turn_bias: 4.0,
+                    step_bias: 0.08,
                     blocked: BlockedMotion::Mixed,
                 },
                 odometry: OdometryReality { noise: 0.05, drift: 0.02 },

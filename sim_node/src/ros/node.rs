@@ -283,8 +283,9 @@ impl<'a> Simulator<'a> {
             self.successes += u32::from(escaped);
             let outcome = if escaped { "escaped" } else { "did not escape" };
             let (episodes, successes) = (self.episodes, self.successes);
+            let plural = if steps == 1 { "" } else { "s" };
             info!(
-                "the robot {outcome} in {steps} steps (success in {successes} of {episodes} \
+                "the robot {outcome} in {steps} step{plural} (success in {successes} of {episodes} \
                  episodes so far)"
             );
             if self.deployment.auto_reset {

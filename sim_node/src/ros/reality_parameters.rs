@@ -107,13 +107,16 @@ const ROWS: [Row; 19] = [
     },
     Row {
         name: "motion.turn_bias",
-        description: "error of all turns of an episode, in degrees",
-        field: Field::Error(180.0, |reality| &mut reality.motion.turn_bias),
+        description: "largest error of all turns of an episode, in degrees; each episode draws its \
+                      error uniformly between -turn_bias and turn_bias",
+        field: Field::Number(180.0, |reality| &mut reality.motion.turn_bias),
     },
     Row {
         name: "motion.step_bias",
-        description: "error of the length of all steps of an episode, as a share of the length",
-        field: Field::Error(1.0, |reality| &mut reality.motion.step_bias),
+        description: "largest error of the length of all steps of an episode, as a share of the \
+                      length; each episode draws its error uniformly between -step_bias and \
+                      step_bias",
+        field: Field::Number(1.0, |reality| &mut reality.motion.step_bias),
     },
     Row {
         name: "odom.noise",
@@ -310,8 +313,8 @@ mod tests {
                  (expected: the lower limit first)",
             ),
             (
-                "motion.turn_bias:=[1.0,2.0,3.0]",
-                "parameter 'motion.turn_bias' is the list [1.0, 2.0, 3.0]: invalid length 3 \
+                "camera.yaw_range:=[1.0,2.0,3.0]",
+                "parameter 'camera.yaw_range' is the list [1.0, 2.0, 3.0]: invalid length 3 \
                  (expected: [r] for -r to r, or [low, high])",
             ),
             (

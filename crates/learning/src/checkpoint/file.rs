@@ -7,7 +7,7 @@ use safetensors::{Dtype, SafeTensors, tensor::TensorView};
 
 use super::{
     column::{checksum, records_name},
-    load_error::{LoadError, damaged, does_not_fit},
+    load_error::{LoadError, damaged, mismatch},
     state::{State, VERSION},
 };
 use crate::record::{EpisodeRecord, Records};
@@ -50,7 +50,7 @@ impl<'a> File<'a> {
         // Versions before 4 have no checksum before the state.
         if metadata.starts_with('{') {
             let reason = format!("its version is below 4 (expected: {VERSION})");
-            return Err(does_not_fit(self.path, reason));
+            return Err(mismatch(self.path, reason));
         }
         let (written, state) =
             metadata.split_once(' ').ok_or_else(|| self.damaged("it has no checksum"))?;

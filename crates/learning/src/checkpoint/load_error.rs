@@ -24,8 +24,8 @@ pub enum LoadError {
         reason: String,
     },
     /// The file has a different format version, or does not match the plan or the settings.
-    #[error("{path} does not fit: {reason}")]
-    DoesNotFit {
+    #[error("{path} does not match this run: {reason}")]
+    Mismatch {
         /// The path of the file.
         path: String,
         /// A description of what differs.
@@ -37,6 +37,6 @@ pub(super) fn damaged(path: &Path, reason: impl ToString) -> LoadError {
     LoadError::Damaged { path: path.display().to_string(), reason: reason.to_string() }
 }
 
-pub(super) fn does_not_fit(path: &Path, reason: impl ToString) -> LoadError {
-    LoadError::DoesNotFit { path: path.display().to_string(), reason: reason.to_string() }
+pub(super) fn mismatch(path: &Path, reason: impl ToString) -> LoadError {
+    LoadError::Mismatch { path: path.display().to_string(), reason: reason.to_string() }
 }

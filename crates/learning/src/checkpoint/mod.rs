@@ -26,7 +26,7 @@
 //!
 //! let other = Plan { seed: 2, ..plan };
 //! let error = Training::load(&path, other, settings).unwrap_err();
-//! assert!(error.to_string().ends_with("does not fit: its seed is 1, not 2"));
+//! assert!(error.to_string().ends_with("does not match this run: its seed is 1 (expected: 2)"));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -44,7 +44,7 @@ use candle_core::{Device, Tensor};
 use self::{
     column::{CHUNK, Column, checksum, images_name, records_name},
     file::{File, METADATA_KEY, read},
-    load_error::does_not_fit,
+    load_error::mismatch,
     memory::memory,
     state::{State, VERSION, difference, position, set_position},
 };
@@ -141,11 +141,11 @@ impl Training {
         let state = file.state()?;
         if state.version != VERSION {
             let reason = format!("its version is {} (expected: {VERSION})", state.version);
-            return Err(does_not_fit(path, reason));
+            return Err(mismatch(path, reason));
         }
         let differs = |name: &str, saved: &dyn Display, given: &dyn Display| {
-            let reason = format!("its {name} is {saved}, not {given}");
-            Err(does_not_fit(path, reason))
+            let reason = format!("its {name} is {saved} (expected: {given})");
+            Err(mismatch(path, reason))
         };
         if state.scenario != plan.scenario {
             return differs("scenario", &state.scenario, &plan.scenario);
@@ -156,16 +156,15 @@ impl Training {
         } else if state.rooms != plan.rooms {
             return differs("number of simulators", &state.rooms, &plan.rooms);
         } else if *state.settings != settings {
-            return Err(does_not_fit(path, difference(&state.settings, &settings)));
+            return Err(mismatch(path, difference(&state.settings, &settings)));
         }
         let records = file.records().map_err(damaged)?;
         state.check(records.len()).map_err(damaged)?;
-        let mut training =
-            Training::new(plan, settings).map_err(|error| does_not_fit(path, error))?;
+        let mut training = Training::new(plan, settings).map_err(|error| mismatch(path, error))?;
         let learner = &mut training.learner;
         let tensors = file.tensors().map_err(|error| file.damaged(error))?;
         for (prefix, network) in learner.backend.networks_mut() {
-            network.read(prefix, &tensors).map_err(|error| does_not_fit(path, error))?;
+            network.read(prefix, &tensors).map_err(|error| mismatch(path, error))?;
         }
         learner.backend.set_updates(state.adam_step);
         learner.memory =

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::{
     file::{File, read},
-    load_error::{LoadError, does_not_fit},
+    load_error::{LoadError, mismatch},
 };
 use crate::{architectures::network, backend::Network, settings::Settings};
 
@@ -48,5 +48,5 @@ pub fn load_model(path: &Path, settings: &Settings) -> Result<Box<dyn Network>, 
     let bytes = read(path)?;
     let file = File::parse(path, &bytes)?;
     let tensors = file.tensors().map_err(|error| file.damaged(error))?;
-    network(&settings.network, "", &tensors).map_err(|error| does_not_fit(path, error))
+    network(&settings.network, "", &tensors).map_err(|error| mismatch(path, error))
 }

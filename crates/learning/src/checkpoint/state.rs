@@ -90,7 +90,7 @@ pub(super) fn difference(saved: &Settings, given: &Settings) -> String {
     let given = fields(given);
     let differing = fields(saved).into_iter().filter_map(|(name, value)| {
         let other = given.get(&name)?;
-        (*other != value).then(|| format!("its {name} is {value}, not {other}"))
+        (*other != value).then(|| format!("its {name} is {value} (expected: {other})"))
     });
     differing.collect::<Vec<_>>().join("; ")
 }

@@ -71,17 +71,20 @@ fn rejects_a_checkpoint_of_another_run_and_names_the_difference() {
     assert!(load(&bytes, plan(), settings.clone()).is_ok());
     let message = |plan, settings| load(&bytes, plan, settings).unwrap_err();
     let other = Plan { seed: 4, ..plan() };
-    assert!(message(other, settings.clone()).ends_with("does not fit: its seed is 3, not 4"));
+    assert!(
+        message(other, settings.clone())
+            .ends_with("does not match this run: its seed is 3 (expected: 4)")
+    );
     let other = Plan { rooms: 3, ..plan() };
     let text = message(other, settings.clone());
-    assert!(text.ends_with("its number of simulators is 2, not 3"), "{text}");
+    assert!(text.ends_with("its number of simulators is 2 (expected: 3)"), "{text}");
     let other = settings.with(|s| {
         s.target.discount = 0.9;
         s.replay.batch_size = 32;
     });
     let message = message(plan(), other);
-    assert!(message.contains("its replay.batch_size is 50, not 32"), "{message}");
-    assert!(message.contains("its target.discount is 0.999, not 0.9"), "{message}");
+    assert!(message.contains("its replay.batch_size is 50 (expected: 32)"), "{message}");
+    assert!(message.contains("its target.discount is 0.999 (expected: 0.9)"), "{message}");
 }
 
 #[test]

@@ -176,7 +176,7 @@ pub enum ParameterError {
     #[error("parameter '{}' is read-only: set it when the node starts", escaped(.0))]
     ReadOnly(String),
     /// The parameter is not declared.
-    #[error("no parameter '{}': this node has {}", escaped(.name), declared.join(", "))]
+    #[error("unknown parameter '{}' (expected: {})", escaped(.name), declared.join(", "))]
     Undeclared {
         /// The parameter.
         name: String,
@@ -569,7 +569,7 @@ mod tests {
             &Descriptor::default(),
         );
         assert_eq!(message(infinite.map(drop)), "parameter 'rate' is not a finite number");
-        assert!(message(parameters.reject_undeclared()).contains("no parameter 'episodes'"));
+        assert!(message(parameters.reject_undeclared()).contains("unknown parameter 'episodes'"));
     }
 
     #[test]
@@ -585,7 +585,7 @@ mod tests {
             set("preset", "0\ne"),
             r"parameter 'preset' is the string '0\ne': expected one of paper"
         );
-        assert_eq!(set("pre\nset", "paper"), r"no parameter 'pre\nset': this node has preset");
+        assert_eq!(set("pre\nset", "paper"), r"unknown parameter 'pre\nset' (expected: preset)");
         assert_eq!(
             ParameterError::ReadOnly("a\nb".to_owned()).to_string(),
             r"parameter 'a\nb' is read-only: set it when the node starts"
@@ -601,6 +601,13 @@ mod tests {
         let parameters = parameters("-p rate:=20 -p depth:=1.5");
         assert_eq!(parameters.declare("rate", 0.0, Descriptor::default()), Ok(20.0));
         assert!(parameters.declare("depth", 1, Descriptor::default()).is_err());
+    }
+
+    #[test]
+    fn a_number_is_converted_to_a_list_of_one_number() {
+        let parameters = parameters("-p range:=20 -p other:=0.5");
+        assert_eq!(parameters.declare("range", vec![], Descriptor::default()), Ok(vec![20.0]));
+        assert_eq!(parameters.declare("other", vec![], Descriptor::default()), Ok(vec![0.5]));
     }
 
     #[test]

@@ -79,7 +79,8 @@ impl ParameterValue {
     }
 
     /// Converts this value to the expected type where YAML is ambiguous: an integer to a double, an
-    /// array of integers to an array of doubles, and an empty array to an array of any type.
+    /// array of integers to an array of doubles, a number to an array of one double, and an empty
+    /// array to an array of any type.
     ///
     /// # Errors
     ///
@@ -93,6 +94,12 @@ impl ParameterValue {
             (value, expected) if value.kind() == expected => Ok(value),
             (ParameterValue::Integer(number), ParameterType::Double) => {
                 Ok(ParameterValue::Double(number as f64))
+            }
+            (ParameterValue::Integer(number), ParameterType::DoubleArray) => {
+                Ok(ParameterValue::DoubleArray(vec![number as f64]))
+            }
+            (ParameterValue::Double(number), ParameterType::DoubleArray) => {
+                Ok(ParameterValue::DoubleArray(vec![number]))
             }
             (ParameterValue::IntegerArray(numbers), ParameterType::DoubleArray) => {
                 Ok(ParameterValue::DoubleArray(numbers.iter().map(|n| *n as f64).collect()))
