@@ -17,6 +17,7 @@ use sim_node::{
     reality::{Randomization, Reality},
     world::WorldSettings,
 };
+use task::RobustnessRow;
 
 /// Timeout of a training run; ample for its few hundred steps.
 const TRAINING: Duration = Duration::from_secs(300);
@@ -110,6 +111,63 @@ fn a_level_set_at_run_time_takes_effect_at_the_next_reset_and_is_reported() {
     assert_eq!(reset(5), clean, "without perturbations, the bytes are as before");
     let error = level("extreme").expect_err("an unknown level is refused");
     assert!(error.contains("expected one of none, mild, strong"), "{error}");
+}
+
+#[test]
+fn the_robustness_of_a_policy_is_measured_and_the_simulator_is_left_as_it_was() {
+    let mut nodes = Nodes::new();
+    let (model, out) = (nodes.path("model"), nodes.path("out"));
+    nodes.start_simulator(&["max_steps:=20", "camera.noise:=7"]);
+    let model_directory = format!("out:='{}'", model.display());
+    nodes.start_agent(
+        "train",
+        &[&model_directory, "episodes:=3", "evaluation_episodes:=0", "scenario:=one_moving"],
+    );
+    nodes.succeed("agent_node", TRAINING);
+    let arguments = [
+        &format!("model:='{}'", model.display()),
+        &format!("out:='{}'", out.display()),
+        "episodes:=4",
+        "max_steps:=12",
+        "figures:=false",
+        "robustness:=true",
+    ];
+    nodes.start_agent("evaluate", &arguments);
+    nodes.succeed("agent_node", TRAINING);
+
+    let json = std::fs::read(out.join("robustness.json")).expect("robustness.json exists");
+    let rows: Vec<RobustnessRow> = serde_json::from_slice(&json).expect("the format is valid");
+    let names: Vec<_> =
+        rows.iter().map(|row| (row.perturbation.as_str(), row.level.as_str())).collect();
+    assert_eq!(names.len(), 1 + 2 * 13 + 2);
+    assert_eq!(
+        names[..3],
+        [("clean", "none"), ("camera.noise", "mild"), ("camera.noise", "strong")]
+    );
+    assert_eq!(names[27..], [("all", "mild"), ("all", "strong")]);
+    // Each evaluation has the same episodes, and what does not affect them changes nothing.
+    let result = |name: &str| {
+        let row = rows.iter().find(|row| row.perturbation == name && row.level != "mild");
+        let row = row.expect("the row exists");
+        assert_eq!((row.scenario.as_str(), row.episodes), ("one_moving", 4));
+        (row.success_rate, row.blocked_per_100_steps, row.mean_steps)
+    };
+    assert_eq!(result("camera.latency"), result("clean"));
+    assert_eq!(result("odom.noise, odom.drift"), result("clean"));
+    let csv = std::fs::read_to_string(out.join("robustness.csv")).expect("robustness.csv exists");
+    assert_eq!(csv.lines().count(), 1 + rows.len());
+    assert!(csv.starts_with("scenario,perturbation,level,episodes,success_rate,"), "{csv}");
+    for file in ["robustness.html", "figures/robustness.svg"] {
+        let text = std::fs::read_to_string(out.join(file)).expect("the file exists");
+        assert!(text.contains("light and surfaces"), "{file}");
+    }
+
+    let mut node = nodes.client();
+    let parameters = ParameterClient::new(&mut node, "sim_node").expect("a client can be created");
+    let values = node.block_on(parameters.values(TIMEOUT)).expect("the service responds");
+    assert_eq!(values["randomization"], ParameterValue::String("none".to_owned()));
+    assert_eq!(values["camera.noise"], ParameterValue::Double(7.0));
+    assert_eq!(values["motion.blocked"], ParameterValue::String("stay".to_owned()));
 }
 
 #[test]

@@ -227,7 +227,11 @@ fn files_of_a_run_are_documented() {
     printed(
         &nodes,
         "evac",
-        &["evaluate", "--model", directory, "--episodes", "5", "--max-steps", "20", "--out", to],
+        &[
+            &["evaluate", "--model", directory, "--episodes", "5", "--max-steps", "20"][..],
+            &["--robustness", "--out", to],
+        ]
+        .concat(),
     );
     let mut found = BTreeSet::new();
     files(&evaluated, &evaluated, &mut found);

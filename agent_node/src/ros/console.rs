@@ -65,7 +65,7 @@ impl Console {
         last: &EvaluationEpisode,
     ) {
         let success_rate = 100.0 * f64::from(succeeded) / f64::from(finished.max(1));
-        let facts = format!("success rate {success_rate:.1} %  steps {}", last.steps);
+        let facts = format!("success rate {success_rate:.1} %  episode length {}", last.steps);
         self.show(u64::from(finished), episodes, facts);
     }
 

@@ -11,11 +11,13 @@ use super::{
     escapes,
     parameters::{TrainedModel, declare, scenario},
     policy_evaluation::{PolicyEvaluation, read_shortest_paths},
+    robustness,
     simulator::Connection,
 };
 
 /// Evaluates a trained model over DDS. Writes `evaluation.json` and the figures to the directory
-/// given by the parameter `out`.
+/// given by the parameter `out`. With the parameter `robustness`, also evaluates it under each
+/// perturbation of the simulator.
 ///
 /// `oracle` is a file with the output of `sim_node oracle` for the evaluation episodes: the lengths
 /// of the full-knowledge shortest paths, which are the baseline for `optimality_ratio`.
@@ -29,7 +31,7 @@ pub fn evaluate(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<
     let mut node = Node::new("agent_node", arguments, evac_msgs::DEFINITIONS)?;
     let model = TrainedModel::declare(node.parameters())?;
     let options = Options::declare(node.parameters(), &model)?;
-    let Options { scenario, evaluation, out, common } = options;
+    let Options { scenario, evaluation, out, robustness, common } = options;
     let common = Common::new(&mut node, common)?;
     node.start_services()?;
 
@@ -47,6 +49,13 @@ pub fn evaluate(arguments: &Arguments, oracle: Option<&Path>) -> anyhow::Result<
         Some(evaluated) => {
             directory.write_json("evaluation.json", &evaluated.evaluation)?;
             escapes::draw(&mut evaluation, "", &common, &directory)?;
+            let simulator = &common.simulator_parameters;
+            if robustness
+                && !robustness::evaluate(&mut evaluation, shortest.as_ref(), simulator, &directory)?
+            {
+                info!("evaluation interrupted; robustness.json was not written");
+                return Ok(());
+            }
             info!("results written to {out}");
         }
         None => info!("evaluation interrupted; evaluation.json was not written"),
@@ -59,6 +68,7 @@ struct Options {
     scenario: String,
     evaluation: EvaluationParameters,
     out: String,
+    robustness: bool,
     common: CommonParameters,
 }
 
@@ -70,8 +80,16 @@ impl Options {
         let description = "directory for evaluation.json and figures (default: the model \
                            directory)";
         let out = declare(parameters, "out", default_out, description)?;
+        let robustness = declare(
+            parameters,
+            "robustness",
+            false,
+            "also evaluate the policy under each perturbation of the simulator alone and under all \
+             together, at the levels mild and strong, and write robustness.json, robustness.csv and \
+             robustness.html; sets the simulator's parameters and restores them",
+        )?;
         let common = CommonParameters::declare(parameters, "")?;
-        Ok(Options { scenario, evaluation, out, common })
+        Ok(Options { scenario, evaluation, out, robustness, common })
     }
 }
 

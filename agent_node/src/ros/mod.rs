@@ -14,6 +14,7 @@ mod parameters;
 mod parameters_of;
 mod policy_evaluation;
 mod publishers;
+mod robustness;
 mod simulator;
 mod simulator_error;
 pub mod train;

@@ -227,6 +227,19 @@ impl RunDirectory {
         })
     }
 
+    /// Writes one line per row to a CSV file, after a line with the names of the fields.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if a row cannot be serialized or the file cannot be written.
+    pub fn write_csv(&self, name: &str, rows: &[impl Serialize]) -> Result<(), WriteError> {
+        self.write_by(name, |path| {
+            let mut writer = csv::Writer::from_path(path)?;
+            rows.iter().try_for_each(|row| writer.serialize(row))?;
+            Ok(writer.flush()?)
+        })
+    }
+
     /// Writes `config.yaml`: the node parameters, keyed by node and parameter name, in the format
     /// of `--params-file`.
     ///

@@ -1,7 +1,8 @@
 //! Reports on training runs: an HTML page, figures, and TensorBoard event files.
 //!
 //! [`Report`] generates `report.html`, a self-contained page without scripts. [`TensorBoard`]
-//! writes the same curves during training. [`escape`] draws a policy's escapes.
+//! writes the same curves during training. [`RobustnessReport`] shows how perturbations of the world
+//! affect a policy. [`escape`] draws a policy's escapes.
 //!
 //! # Examples
 //!
@@ -27,24 +28,27 @@ mod axis;
 mod chart;
 pub mod confidence;
 mod curve;
+mod error;
 pub mod escape;
 mod escape_figures;
 mod figures;
 mod frame;
 mod moving_average;
 pub mod numbers;
+mod robustness;
 mod run_summary;
 mod table;
 mod tensorboard;
 
 use askama::Template;
 
+pub use self::error::ReportError;
 pub use self::escape_figures::{EscapeFigure, EscapeFigures};
 pub use self::frame::CaptionedFrame;
+pub use self::robustness::RobustnessReport;
 pub use self::run_summary::RunSummary;
 pub use self::tensorboard::{TensorBoard, TensorBoardError};
 
-use self::chart::PlotError;
 use self::figures::Figure;
 use self::table::Row;
 use learning::record::EpisodeRecord;
@@ -63,17 +67,6 @@ pub struct Report<'a> {
     pub frames: &'a [CaptionedFrame],
     /// Figures of escapes; `None` if there are none.
     pub escapes: Option<&'a EscapeFigures>,
-}
-
-/// The error returned if a report cannot be generated.
-#[derive(Debug, thiserror::Error)]
-pub enum ReportError {
-    /// A plot cannot be drawn.
-    #[error("cannot draw a plot of the report")]
-    Plot(#[from] PlotError),
-    /// The template of the page cannot be rendered.
-    #[error("cannot render the page of the report")]
-    Page(#[from] askama::Error),
 }
 
 impl Report<'_> {

@@ -8,6 +8,7 @@
 //! - [`seeds`]: the seed and scenario of each episode in a run.
 //! - [`random`]: random numbers that are identical on every machine.
 //! - [`measures`]: the results of an evaluation.
+//! - [`robustness`]: the results of an evaluation under perturbations.
 //! - [`shortest_paths`]: the full-knowledge shortest paths, the baseline for evaluations.
 //!
 //! # Examples
@@ -30,6 +31,7 @@ pub mod image;
 pub mod measures;
 pub mod random;
 pub mod reward;
+pub mod robustness;
 pub mod scenario;
 pub mod seeds;
 pub mod shortest_paths;
@@ -40,5 +42,6 @@ pub use image::Image;
 pub use measures::{Evaluation, EvaluationEpisode};
 pub use random::Random;
 pub use reward::{EXIT_REWARD, STEP_REWARD};
+pub use robustness::RobustnessRow;
 pub use scenario::Scenario;
 pub use shortest_paths::ShortestPaths;

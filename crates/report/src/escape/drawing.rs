@@ -5,7 +5,7 @@ use std::fmt::{Arguments, Write};
 use super::colours;
 
 /// An SVG file under construction. Coordinates are in pixels; y points down.
-pub(super) struct Drawing {
+pub(crate) struct Drawing {
     width: u32,
     height: u32,
     body: String,

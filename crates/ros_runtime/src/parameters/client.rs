@@ -92,13 +92,35 @@ impl ParameterClient {
         value: ParameterValue,
         deadline: Duration,
     ) -> Result<Result<(), String>, CallError> {
-        let parameter = Parameter { name: name.to_owned(), value: value.into() };
-        let request = set_parameters::Request { parameters: vec![parameter] };
+        self.set_all([(name, value)], deadline).await
+    }
+
+    /// Sets several parameters, each on its own: after an error, some may be set and others not.
+    ///
+    /// # Errors
+    ///
+    /// Returns the outer error if the call fails or there is no response within `deadline`, and the
+    /// inner error, with the first reason, if the node rejects a value.
+    ///
+    /// # Panics
+    ///
+    /// Same as [`ServiceClient::call`].
+    pub async fn set_all<'a>(
+        &self,
+        changes: impl IntoIterator<Item = (&'a str, ParameterValue)>,
+        deadline: Duration,
+    ) -> Result<Result<(), String>, CallError> {
+        let parameters: Vec<Parameter> = changes
+            .into_iter()
+            .map(|(name, value)| Parameter { name: name.to_owned(), value: value.into() })
+            .collect();
+        let count = parameters.len();
+        let request = set_parameters::Request { parameters };
         let results = self.set.call(request, Some(deadline)).await?.results;
-        Ok(match results.into_iter().next() {
-            Some(result) if result.successful => Ok(()),
-            Some(result) => Err(result.reason),
-            None => Err("the node returned no result".to_owned()),
-        })
+        if results.len() != count {
+            return Ok(Err(format!("the node returned {} results for {count}", results.len())));
+        }
+        let failed = results.into_iter().find(|result| !result.successful);
+        Ok(failed.map_or(Ok(()), |result| Err(result.reason)))
     }
 }
