@@ -2,8 +2,8 @@
 //! this process ([`Room`]), the real nodes as child processes ([`Nodes`]), and an emulated
 //! unreliable network between them ([`network`]).
 //!
-//! The programs of this package are `benchmark`, `ablation`, `reproduction` and `soak`; `evac` runs
-//! them as `evac bench`, `evac ablation`, `evac reproduce` and `evac soak`.
+//! The programs of this package are `benchmark`, `ablation`, `reproduction`, `camera_limit` and `soak`; `evac` runs
+//! them as `evac bench`, `evac ablation`, `evac reproduce`, `evac camera-limit` and `evac soak`.
 
 pub mod network;
 mod nodes;

@@ -103,6 +103,17 @@ pub struct Outcome {
     pub blocked: bool,
 }
 
+/// Where an action takes the robot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Move {
+    /// The pose of the robot's centre after the action, in metres and radians.
+    pub robot: Isometry2<f64>,
+    /// Whether the robot touches the exit there.
+    pub terminated: bool,
+    /// Whether a wall or an obstacle blocks the move.
+    pub blocked: bool,
+}
+
 /// The error for a step after the end of the episode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("the episode ended at step {steps}; reset to start the next one")]
@@ -248,20 +259,8 @@ impl World {
         if self.is_over {
             return Err(EpisodeOver { steps: self.steps });
         }
-        let (turn, distance) = self.conditions.motion(action, self.steps + 1);
-        let next = robot::moved(&self.robot, turn, distance);
-        let footprint = Footprint::at(&next);
-        let mut terminated = self.exit.touches(&footprint);
-        let mut blocked = !terminated && self.obstacles().touch(&footprint);
-        if !blocked {
-            self.robot = next;
-        } else if self.conditions.motion.stops_short {
-            self.robot = robot::stopped_short(&self.robot, turn, distance, |pose| {
-                self.obstacles().touch(&Footprint::at(pose))
-            });
-            terminated = self.exit.touches(&Footprint::at(&self.robot));
-            blocked = !terminated;
-        }
+        let Move { robot, terminated, blocked } = self.attempt(action);
+        self.robot = robot;
         if self.scenario.has_moving_obstacles() {
             motion::move_cylinders(
                 &mut self.cylinders,
@@ -276,6 +275,38 @@ impl World {
         self.is_over = terminated || truncated;
         let reward = if terminated { EXIT_REWARD } else { STEP_REWARD };
         Ok(Outcome { reward, terminated, truncated, blocked })
+    }
+
+    /// Returns where an action would take the robot, without executing it.
+    pub fn attempt(&self, action: Action) -> Move {
+        let (turn, distance) = self.conditions.motion(action, self.steps + 1);
+        let next = robot::moved(&self.robot, turn, distance);
+        let footprint = Footprint::at(&next);
+        let terminated = self.exit.touches(&footprint);
+        if terminated || !self.obstacles().touch(&footprint) {
+            return Move { robot: next, terminated, blocked: false };
+        }
+        if !self.conditions.motion.stops_short {
+            return Move { robot: self.robot, terminated: false, blocked: true };
+        }
+        let robot = robot::stopped_short(&self.robot, turn, distance, |pose| {
+            self.obstacles().touch(&Footprint::at(pose))
+        });
+        let terminated = self.exit.touches(&Footprint::at(&robot));
+        Move { robot, terminated, blocked: !terminated }
+    }
+
+    /// Moves the robot to a pose of its centre, in metres and radians, without a step. For planning:
+    /// the pose is not checked.
+    pub fn place_robot(&mut self, pose: Isometry2<f64>) {
+        self.robot = pose;
+    }
+
+    /// Moves the exit and the centres of all cylinders, in metres. For planning with an incomplete
+    /// knowledge of the room: the placement rules are not checked.
+    pub fn place_objects(&mut self, exit: Exit, centres: &[Point2<f64>]) {
+        self.exit = exit;
+        self.cylinders = centres.iter().copied().map(Cylinder::new).collect();
     }
 
     /// Returns the pose of the robot's centre, in metres and radians.

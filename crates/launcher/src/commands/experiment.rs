@@ -1,4 +1,4 @@
-//! `evac bench`, `ablation`, `reproduce` and `soak`: the programs of the crate `experiments`. They
+//! `evac bench`, `ablation`, `reproduce`, `camera-limit` and `soak`: the programs of the crate `experiments`. They
 //! parse the rest of the command line themselves.
 
 use std::{
@@ -12,10 +12,15 @@ use clap::{Arg, ArgMatches, Command};
 use crate::programs;
 
 /// Command, program and description.
-const EXPERIMENTS: [(&str, &str, &str); 4] = [
+const EXPERIMENTS: [(&str, &str, &str); 5] = [
     ("bench", "benchmark", "Measure the speed of updates, DDS steps, training and the simulator"),
     ("ablation", "ablation", "Train the preset robust with one ingredient left out at a time"),
     ("reproduce", "reproduction", "Train and evaluate every policy of docs/results.md"),
+    (
+        "camera-limit",
+        "camera_limit",
+        "Estimate how short paths can be for a robot that sees only through its camera",
+    ),
     ("soak", "soak", "Train for a million steps over an unreliable network"),
 ];
 
