@@ -120,7 +120,7 @@ impl Simulation {
         Ok(outcome)
     }
 
-    /// Returns whether an image is lost. `frame` is 0 for the image of the latest step, and counts
+    /// Returns whether an image is lost; the first image of an episode never is. `frame` is 0 for the image of the latest step, and counts
     /// the images that are taken before the next one.
     pub fn is_dropped(&self, frame: u32) -> bool {
         let step = self.world.steps();

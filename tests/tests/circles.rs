@@ -15,10 +15,16 @@ fn roots() -> Vec<PathBuf> {
     let crates = fs::read_dir(repository().join("crates")).expect("the crates");
     let crates = crates.map(|entry| entry.expect("a directory").path());
     let others = ["agent_node", "msgs", "sim_node", "tests"].map(|name| repository().join(name));
-    let roots = crates
-        .chain(others)
-        .flat_map(|directory| ["lib.rs", "main.rs"].map(|name| directory.join("src").join(name)));
-    roots.filter(|root| root.exists()).collect()
+    let mut roots = Vec::new();
+    for directory in crates.chain(others) {
+        let source = directory.join("src");
+        roots.extend(["lib.rs", "main.rs"].map(|name| source.join(name)));
+        for program in fs::read_dir(source.join("bin")).into_iter().flatten() {
+            roots.push(program.expect("a directory entry").path().join("main.rs"));
+        }
+    }
+    roots.retain(|root| root.exists());
+    roots
 }
 
 /// The files of a crate and how they refer to each other.
@@ -162,6 +168,18 @@ impl VisitMut for Uses<'_> {
             }
             _ => syn::visit_mut::visit_item_mut(self, item),
         }
+    }
+
+    /// Collects the paths in the arguments of a macro, such as `crate::module::name`.
+    fn visit_macro_mut(&mut self, call: &mut syn::Macro) {
+        let text = call.tokens.to_string().replace(" :: ", "::");
+        for word in text.split(|c: char| !(c.is_alphanumeric() || c == '_' || c == ':')) {
+            let names: Vec<String> = word.split("::").map(str::to_owned).collect();
+            if names.len() > 1 && names.iter().all(|name| !name.is_empty()) {
+                self.files.uses.push((self.module.clone(), names));
+            }
+        }
+        syn::visit_mut::visit_macro_mut(self, call);
     }
 
     fn visit_path_mut(&mut self, path: &mut syn::Path) {

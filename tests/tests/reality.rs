@@ -1,6 +1,6 @@
 //! Perturbations of the simulator, set and observed over DDS.
 
-use std::time::Duration;
+use std::{path::Path, time::Duration};
 
 use evac_msgs::{Reset, reset, status};
 use evac_tests::{Nodes, Outcome, TIMEOUT};
@@ -124,18 +124,29 @@ fn the_robustness_of_a_policy_is_measured_and_the_simulator_is_left_as_it_was() 
         &[&model_directory, "episodes:=3", "evaluation_episodes:=0", "scenario:=one_moving"],
     );
     nodes.succeed("agent_node", TRAINING);
-    let arguments = [
-        &format!("model:='{}'", model.display()),
-        &format!("out:='{}'", out.display()),
-        "episodes:=4",
-        "max_steps:=12",
-        "figures:=false",
-        "robustness:=true",
-    ];
-    nodes.start_agent("evaluate", &arguments);
+    let evaluate = |nodes: &mut Nodes, out: &Path| {
+        let (model, out) =
+            (format!("model:='{}'", model.display()), format!("out:='{}'", out.display()));
+        let plan = ["episodes:=4", "max_steps:=12", "figures:=false", "robustness:=true"];
+        nodes.start_agent("evaluate", &[&[&*model, &*out][..], &plan].concat());
+    };
+    evaluate(&mut nodes, &out);
     nodes.succeed("agent_node", TRAINING);
-
     let json = std::fs::read(out.join("robustness.json")).expect("robustness.json exists");
+
+    // A simulator that is restarted lacks the perturbations that were set at run time.
+    let again = nodes.path("again");
+    evaluate(&mut nodes, &again);
+    for evaluation in ["3 of 29", "12 of 29"] {
+        nodes.wait_for_log("agent_node", &format!("evaluation {evaluation}"));
+        nodes.kill("sim_node");
+        nodes.start_simulator(&["max_steps:=20", "camera.noise:=7"]);
+    }
+    nodes.succeed("agent_node", TRAINING);
+    let repeated = std::fs::read(again.join("robustness.json")).expect("robustness.json exists");
+    assert_eq!(repeated, json);
+    assert!(nodes.log("agent_node").contains("repeating the evaluation"));
+
     let rows: Vec<RobustnessRow> = serde_json::from_slice(&json).expect("the format is valid");
     let names: Vec<_> =
         rows.iter().map(|row| (row.perturbation.as_str(), row.level.as_str())).collect();

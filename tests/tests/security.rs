@@ -120,7 +120,7 @@ fn secured_training_has_the_same_result_as_unsecured_training() {
     let here = secured.nodes.path("here");
     let expected = Outcome::in_process(plan, Preset::default(), 60, &here);
     Outcome::read_from(&out).assert_identical(&expected);
-    // The figures need further permissions: parameters of sim_node, topics /odom and /scene.
+    // The figures need further permissions: parameters of sim_node, topics /tf and /scene.
     assert!(out.join("figures/paths.svg").exists());
 }
 

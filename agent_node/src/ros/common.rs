@@ -60,15 +60,15 @@ impl CommonParameters {
             "simulator",
             name_in(namespace, "sim_node"),
             "name of the simulator node, relative to the namespace of this node; train records the \
-             simulator's parameters in config.yaml, and train and evaluate change them temporarily \
-             to show a fixed room in the figures",
+             simulator's parameters in config.yaml; train and evaluate change them temporarily, to \
+             show a fixed room in the figures and for robustness",
         )?;
         let figures = declare(
             parameters,
             "figures",
             true,
             "draw some escapes after the evaluation and save them in the directory figures; \
-             requires the topics odom and scene",
+             requires the topics tf and scene",
         )?;
         parameters.reject_undeclared()?;
         let deadline = (deadline > 0.0).then(|| Duration::from_secs_f64(deadline));

@@ -112,7 +112,7 @@ fn figures<'node>(
         let seed = episode_seed(Purpose::Evaluation, plan.seed, episode);
         let scenario = episode_scenario(&plan.scenario, Purpose::Evaluation, plan.seed, episode);
         let Some(escape) = recorder.record(seed, scenario)? else {
-            warn!("cannot draw the escapes: no messages on odom or scene for an image");
+            warn!("cannot draw the escapes: no messages on tf or scene for an image");
             return Ok(None);
         };
         escapes.push(escape);

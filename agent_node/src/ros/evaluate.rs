@@ -86,7 +86,8 @@ impl Options {
             false,
             "also evaluate the policy under each perturbation of the simulator alone and under all \
              together, at the levels mild and strong, and write robustness.json, robustness.csv and \
-             robustness.html; sets the simulator's parameters and restores them",
+             robustness.html; sets the simulator's parameters and restores them, unless it is \
+             interrupted",
         )?;
         let common = CommonParameters::declare(parameters, "")?;
         Ok(Options { scenario, evaluation, out, robustness, common })

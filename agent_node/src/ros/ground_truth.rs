@@ -1,4 +1,4 @@
-//! The ground truth from the topics `odom` and `scene`: the poses of the robot, exit and obstacles.
+//! The ground truth from the topics `tf` and `scene`: the poses of the robot, exit and obstacles.
 //!
 //! It is published by a simulator or a motion-capture system and used only for figures, never as an
 //! input to a policy.
@@ -7,8 +7,8 @@ use std::time::Duration;
 
 use ros_interfaces::{
     builtin_interfaces::Time,
-    geometry_msgs::{Point, Pose as PoseMessage},
-    nav_msgs::Odometry,
+    geometry_msgs::{Point, Pose as PoseMessage, Transform},
+    tf2_msgs::TFMessage,
     visualization_msgs::{Marker, MarkerArray},
 };
 use ros_runtime::{
@@ -19,14 +19,18 @@ use ros_runtime::{
 use super::name_in;
 use report::escape::{Pose, Scene, Shape};
 
-/// Timeout for receiving the messages with the stamp of an image. The simulator publishes `odom`
+/// Timeout for receiving the messages with the stamp of an image. The simulator publishes `tf`
 /// with each image, but `scene` at most every 33 ms.
 const TIMEOUT: Duration = Duration::from_secs(1);
 
-/// Subscriptions to `odom` and `scene`.
+/// The frame of the robot.
+const BASE: &str = "base_link";
+
+/// Subscriptions to `tf` and `scene`. The transform from `odom` to `base_link` is the true pose;
+/// the topic `odom` may have errors.
 pub struct GroundTruth<'a> {
     node: &'a Node,
-    odometry: Subscription<Odometry>,
+    transforms: Subscription<TFMessage>,
     scenes: Subscription<MarkerArray>,
 }
 
@@ -40,7 +44,7 @@ impl<'a> GroundTruth<'a> {
         let name = |name: &str| name_in(namespace, name);
         Ok(GroundTruth {
             node,
-            odometry: node.create_subscription(&name("odom"), reliable(100))?,
+            transforms: node.create_subscription(&name("tf"), reliable(100))?,
             scenes: node.create_subscription(&name("scene"), reliable(100))?,
         })
     }
@@ -50,9 +54,12 @@ impl<'a> GroundTruth<'a> {
     pub fn pose_at(&self, stamp: Time) -> Option<Pose> {
         let pose = async {
             loop {
-                let (odometry, _) = self.odometry.async_take().await.ok()?;
-                if odometry.header.stamp == stamp {
-                    return Some(pose(&odometry.pose.pose));
+                let (message, _) = self.transforms.async_take().await.ok()?;
+                let robot = message.transforms.iter().find(|transform| {
+                    transform.child_frame_id == BASE && transform.header.stamp == stamp
+                });
+                if let Some(robot) = robot {
+                    return Some(pose(&robot.transform));
                 }
             }
         };
@@ -74,9 +81,13 @@ impl<'a> GroundTruth<'a> {
     }
 }
 
-fn pose(message: &PoseMessage) -> Pose {
-    let [x, y] = transform(message, [0.0, 0.0]);
-    Pose { x, y, yaw: yaw(message) }
+fn pose(transform: &Transform) -> Pose {
+    let position = &transform.translation;
+    let message = PoseMessage {
+        position: Point { x: position.x, y: position.y, z: position.z },
+        orientation: transform.rotation,
+    };
+    Pose { x: position.x, y: position.y, yaw: yaw(&message) }
 }
 
 /// Returns the rotation about the z axis, in radians.

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, time::Duration};
 
-use anyhow::{Context, anyhow};
+use anyhow::{Context, anyhow, bail};
 use learning::run::RunDirectory;
 use log::{info, warn};
 use report::RobustnessReport;
@@ -11,7 +11,7 @@ use ros_runtime::{
     parameters::{ParameterClient, ParameterValue},
 };
 use task::{
-    RobustnessRow, ShortestPaths,
+    Evaluation, RobustnessRow, ShortestPaths,
     robustness::{ALL, CLEAN},
 };
 
@@ -19,6 +19,9 @@ use super::policy_evaluation::PolicyEvaluation;
 
 /// Timeout for each call to the simulator's parameter services.
 const TIMEOUT: Duration = Duration::from_secs(10);
+
+/// Maximum number of attempts at an evaluation.
+const MAX_ATTEMPTS: u32 = 5;
 
 /// The simulator's parameter that sets all perturbations.
 const RANDOMIZATION: &str = "randomization";
@@ -64,13 +67,15 @@ pub(super) fn evaluate(
     let simulator = Simulator { node, parameters: simulator };
     let before = simulator.values()?;
     let rows = measure(evaluation, shortest, &simulator);
-    // Restored even after an error, because the simulator may have other clients.
+    // Restored even after an error, because the simulator may have other clients. After a shutdown
+    // of this node, it no longer can be.
     let names = PERTURBATIONS.iter().copied().flatten().chain([&RANDOMIZATION]);
     let changes = names.filter_map(|name| Some((*name, before.get(*name)?.clone())));
-    if let Err(error) = simulator.set(changes.collect()) {
+    let restored = simulator.set(changes.collect());
+    let Some(rows) = rows? else { return Ok(false) };
+    if let Err(error) = restored {
         warn!("cannot restore the perturbations of the simulator: {error:#}");
     }
-    let Some(rows) = rows? else { return Ok(false) };
     directory.write_json("robustness.json", &rows)?;
     directory.write_csv("robustness.csv", &rows)?;
     let report = RobustnessReport { scenario: &evaluation.plan.scenario, rows: &rows };
@@ -109,12 +114,36 @@ fn measure(
     let count = worlds.len();
     let mut rows = Vec::new();
     for (index, (perturbation, level, changes)) in worlds.into_iter().enumerate() {
-        simulator.set(changes)?;
         info!("robustness, evaluation {} of {count}: {perturbation}, {level}", index + 1);
-        let Some(evaluated) = evaluation.run(shortest)? else { return Ok(None) };
-        rows.push(RobustnessRow::new(&perturbation, level, &evaluated.evaluation));
+        let Some(result) = evaluate_in(evaluation, shortest, simulator, &changes)? else {
+            return Ok(None);
+        };
+        rows.push(RobustnessRow::new(&perturbation, level, &result));
     }
     Ok(Some(rows))
+}
+
+/// Evaluates the policy with these parameters of the simulator. Repeats the evaluation if the
+/// simulator was restarted in the meantime, because it then has its parameters of the start.
+fn evaluate_in(
+    evaluation: &mut PolicyEvaluation,
+    shortest: Option<&ShortestPaths>,
+    simulator: &Simulator,
+    changes: &[(&str, ParameterValue)],
+) -> anyhow::Result<Option<Evaluation>> {
+    for _ in 0..MAX_ATTEMPTS {
+        simulator.set(changes.to_vec())?;
+        let expected = simulator.values()?;
+        let result = evaluation.run(shortest);
+        if let Ok(None) = result {
+            return Ok(None);
+        }
+        if simulator.values()? == expected {
+            return Ok(result?.map(|evaluated| evaluated.evaluation));
+        }
+        warn!("the parameters of the simulator changed: repeating the evaluation");
+    }
+    bail!("the parameters of the simulator changed in each of {MAX_ATTEMPTS} evaluations")
 }
 
 /// The parameter services of the simulator.

@@ -76,6 +76,10 @@ impl QNetwork {
     }
 
     /// Iterates over the weights and biases of the layers, in order from the input to the output.
+    ///
+    /// # Panics
+    ///
+    /// Panics if a layer has no bias, which no constructor allows.
     pub fn layers(&self) -> impl Iterator<Item = (&Tensor, &Tensor)> {
         self.layers
             .iter()

@@ -204,7 +204,7 @@ fn label(name: &str) -> &str {
         "light.direction_range, surface.color_range" => "light and surfaces",
         "motion.turn_noise, motion.step_noise" => "noise of turns and steps",
         "motion.turn_bias, motion.step_bias" => "bias of turns and steps",
-        "motion.blocked" => "blocked moves stop short",
+        "motion.blocked" => "motion in blocked moves",
         "odom.noise, odom.drift" => "odometry",
         "obstacles.speed_range" => "speed of obstacles",
         other => other,
@@ -243,10 +243,26 @@ fn legend(drawing: &mut Drawing) {
     drawing.text((16.0, 31.0), "font-weight='600'", "Level of the perturbation");
 }
 
-/// Returns the smallest of 1, 2, 5, 10, 20, ... that is at least `value`.
+/// Returns the smallest of 1, 2, 3, 4, 5, 6, 8, 10, 20, 30, ... that is at least `value`.
 fn ceiling(value: f64) -> f64 {
-    [1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 80.0, 100.0, 150.0]
-        .into_iter()
-        .find(|limit| value <= *limit)
-        .unwrap_or(200.0)
+    let mut unit = 1.0;
+    while value > 10.0 * unit {
+        unit *= 10.0;
+    }
+    let leading = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0];
+    leading.into_iter().map(|digit| digit * unit).find(|end| value <= *end).unwrap_or(10.0 * unit)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_axis_ends_at_a_round_number_that_is_at_least_the_largest_value() {
+        for (value, end) in
+            [(0.0, 1.0), (1.0, 1.0), (6.5, 8.0), (9.0, 10.0), (52.1, 60.0), (1587.0, 2000.0)]
+        {
+            assert_eq!(ceiling(value), end, "{value}");
+        }
+    }
 }

@@ -26,10 +26,10 @@ pub enum IntervalError {
     #[error("invalid length {0} (expected: [r] for -r to r, or [low, high])")]
     Length(usize),
     /// The single number is negative or not a number. Holds it.
-    #[error("invalid half width {0} (expected: at least 0)")]
+    #[error("invalid half width {0} (expected: a finite number of at least 0)")]
     HalfWidth(f64),
-    /// The limits are in the wrong order, or one is not a number. Holds them.
-    #[error("invalid limits {0} and {1} (expected: the lower limit first)")]
+    /// The limits are in the wrong order, or one is not finite. Holds them.
+    #[error("invalid limits {0} and {1} (expected: finite numbers, the lower limit first)")]
     Order(f64, f64),
 }
 
@@ -56,9 +56,11 @@ impl Interval {
     /// Returns an error if the list has another length or does not describe an interval.
     pub fn from_list(list: &[f64]) -> Result<Interval, IntervalError> {
         match *list {
-            [half_width] if half_width >= 0.0 => Ok(Interval::around_zero(half_width)),
+            [half_width] if (0.0..f64::INFINITY).contains(&half_width) => {
+                Ok(Interval::around_zero(half_width))
+            }
             [half_width] => Err(IntervalError::HalfWidth(half_width)),
-            [low, high] if low <= high => Ok(Interval { low, high }),
+            [low, high] if low <= high && (high - low).is_finite() => Ok(Interval { low, high }),
             [low, high] => Err(IntervalError::Order(low, high)),
             _ => Err(IntervalError::Length(list.len())),
         }

@@ -24,7 +24,6 @@ mod conditions;
 mod gaussian;
 mod interval;
 mod odometry;
-mod perturbation;
 mod settings;
 #[cfg(test)]
 mod tests;
@@ -35,7 +34,6 @@ pub use conditions::{
 };
 pub use interval::{Interval, IntervalError};
 pub use odometry::Odometry;
-pub use perturbation::Perturbation;
 pub use settings::{
     BlockedMotion, CameraReality, MotionReality, ObstacleReality, OdometryReality, Randomization,
     Reality, SurfaceReality, UnknownName,

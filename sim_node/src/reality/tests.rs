@@ -2,6 +2,7 @@
 
 use std::num::NonZeroU64;
 
+use nalgebra::{Isometry2, UnitComplex, Vector2};
 use proptest::prelude::*;
 use task::{Action, Scenario, action::STEP_LENGTH};
 
@@ -174,27 +175,58 @@ fn a_lost_image_is_replaced_by_the_one_before() {
     assert!((0.2..0.45).contains(&rate), "{lost} of {steps} images were lost");
 }
 
+/// Switches one perturbation on, with its strength from `strong`.
+type Perturbation = fn(&mut Reality, strong: &Reality);
+
+const BIAS: Perturbation = |reality, strong| {
+    reality.motion.turn_bias = strong.motion.turn_bias;
+    reality.motion.step_bias = strong.motion.step_bias;
+};
+const LIGHT: Perturbation = |reality, strong| reality.surfaces = strong.surfaces;
+const PERTURBATIONS: [Perturbation; 15] = [
+    BIAS,
+    LIGHT,
+    |reality, strong| reality.camera.noise = strong.camera.noise,
+    |reality, strong| reality.camera.gain = strong.camera.gain,
+    |reality, strong| reality.camera.color = strong.camera.color,
+    |reality, strong| reality.camera.pitch = strong.camera.pitch,
+    |reality, strong| reality.camera.roll = strong.camera.roll,
+    |reality, strong| reality.camera.yaw = strong.camera.yaw,
+    |reality, strong| reality.camera.height = strong.camera.height,
+    |reality, strong| reality.camera.lens = strong.camera.lens,
+    |reality, strong| reality.camera.drop_rate = strong.camera.drop_rate,
+    |reality, strong| reality.motion.turn_noise = strong.motion.turn_noise,
+    |reality, strong| reality.motion.step_noise = strong.motion.step_noise,
+    |reality, strong| reality.motion.blocked = strong.motion.blocked,
+    |reality, strong| reality.obstacles = strong.obstacles,
+];
+
+fn alone(perturbation: Perturbation) -> Reality {
+    let mut reality = Reality::default();
+    perturbation(&mut reality, &Reality::of(Randomization::Strong));
+    reality
+}
+
 #[test]
 fn one_perturbation_does_not_change_the_draws_of_another() {
     let strong = Reality::of(Randomization::Strong);
     let all = Conditions::draw(&strong, 9);
-    let bias = Conditions::draw(&Perturbation::MotionBias.alone(&strong), 9);
+    let bias = Conditions::draw(&alone(BIAS), 9);
     assert_eq!(bias.motion.turn_bias, all.motion.turn_bias);
     assert_eq!((bias.camera, bias.motion.turn_noise), (CameraConditions::default(), 0.0));
-    let light = Conditions::draw(&Perturbation::LightAndSurfaces.alone(&strong), 9);
+    let light = Conditions::draw(&alone(LIGHT), 9);
     assert_eq!((light.light, light.surfaces), (all.light, all.surfaces));
 }
 
 #[test]
 fn each_perturbation_changes_the_images_or_the_motion() {
-    let strong = Reality::of(Randomization::Strong);
-    for perturbation in Perturbation::ALL {
+    for (index, perturbation) in PERTURBATIONS.into_iter().enumerate() {
         let changed = (1..=30).any(|seed| {
-            let reality = perturbation.alone(&strong);
+            let reality = alone(perturbation);
             let scenario = Scenario::ThreeMoving;
             episode(reality, scenario, seed) != episode(Reality::default(), scenario, seed)
         });
-        assert!(changed, "{}", perturbation.name());
+        assert!(changed, "perturbation {index}");
     }
 }
 
@@ -223,11 +255,38 @@ fn odometry_drifts_from_the_true_pose_and_states_its_variance() {
     // A systematic error of 2 % of two pi, plus the noise of eight turns, 0.05 * pi / 4 each.
     assert!((0.01..0.5).contains(&heading), "{heading}");
     assert!((0.005..0.3).contains(&position), "{position}");
-    let turns = 8.0 * (0.05 * std::f64::consts::FRAC_PI_4).powi(2);
-    assert!((estimate.heading_variance - turns).abs() < 1e-9);
-    let steps = 8.0 * (0.05 * STEP_LENGTH).powi(2);
-    assert!((estimate.position_variance - steps).abs() < 1e-9);
     assert_eq!(exact.odometry().pose, *exact.world().robot());
+}
+
+#[test]
+fn the_covariance_of_the_odometry_is_that_of_its_errors() {
+    let odometry = OdometryReality { noise: 0.05, drift: 0.02 };
+    let reality = Reality { odometry, ..Reality::default() };
+    let (mut errors, mut stated) = (Vec::new(), nalgebra::Matrix3::zeros());
+    for key in 0..4000 {
+        let conditions = Conditions::draw(&reality, key);
+        let mut truth = Isometry2::identity();
+        let mut estimate = Odometry::at(truth);
+        for step in 1..=15 {
+            let before = truth;
+            let turn = if step % 3 == 0 { -0.8 } else { 0.8 };
+            truth.append_rotation_wrt_center_mut(&UnitComplex::new(turn));
+            truth.translation.vector += truth.rotation * Vector2::new(STEP_LENGTH, 0.0);
+            estimate.follow(&before, &truth, &conditions, step);
+        }
+        let position = estimate.pose.translation.vector - truth.translation.vector;
+        let heading = truth.rotation.rotation_to(&estimate.pose.rotation).angle();
+        errors.push(nalgebra::Vector3::new(position.x, position.y, heading));
+        stated += estimate.covariance() / 4000.0;
+    }
+    for axis in 0..3 {
+        let (_, deviation) = moments(errors.iter().map(|error| error[axis]));
+        let ratio = deviation / stated[(axis, axis)].sqrt();
+        assert!((0.93..1.07).contains(&ratio), "axis {axis}: {ratio}");
+    }
+    let product = moments(errors.iter().map(|error| error[0] * error[2])).0;
+    let ratio = product / stated[(0, 2)];
+    assert!((0.85..1.15).contains(&ratio), "x and heading: {ratio}");
 }
 
 #[test]
@@ -247,8 +306,8 @@ fn intervals_are_parsed_and_printed() {
     }
     for (list, message) in [
         (&[][..], "invalid length 0 (expected: [r] for -r to r, or [low, high])"),
-        (&[-1.0], "invalid half width -1 (expected: at least 0)"),
-        (&[2.0, 1.0], "invalid limits 2 and 1 (expected: the lower limit first)"),
+        (&[-1.0], "invalid half width -1 (expected: a finite number of at least 0)"),
+        (&[2.0, 1.0], "invalid limits 2 and 1 (expected: finite numbers, the lower limit first)"),
     ] {
         assert_eq!(Interval::from_list(list).unwrap_err().to_string(), message);
     }

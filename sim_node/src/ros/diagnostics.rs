@@ -12,7 +12,7 @@ use parking_lot::Mutex;
 use ros_runtime::diagnostics::{Diagnostics, Level, Report};
 
 use crate::{
-    reality::{Conditions, Randomization, Reality},
+    reality::{Conditions, Randomization, Reality, Tint},
     world::World,
 };
 
@@ -97,9 +97,10 @@ impl Counters {
 
 /// Returns what was drawn for an episode, and the strength of its noise.
 fn values(conditions: &Conditions) -> Vec<(&'static str, String)> {
-    let Conditions { camera, light, motion, odometry, obstacles, .. } = conditions;
+    let Conditions { camera, light, surfaces, motion, odometry, obstacles, .. } = conditions;
     let number = |value: f64| format!("{value:.3}");
     let degrees = |angle: f64| number(angle.to_degrees());
+    let tint = |tint: &Tint| format!("{} {}", degrees(tint.hue), number(tint.brightness));
     vec![
         ("camera noise, grey levels", number(camera.noise)),
         ("camera gain", number(camera.gain)),
@@ -113,6 +114,11 @@ fn values(conditions: &Conditions) -> Vec<(&'static str, String)> {
         ("camera drop rate", number(camera.drop_rate)),
         ("light azimuth error, degrees", degrees(light.azimuth)),
         ("light elevation error, degrees", degrees(light.elevation)),
+        ("hue turn of walls, degrees, and brightness", tint(&surfaces.wall)),
+        ("hue turn of exit, degrees, and brightness", tint(&surfaces.exit)),
+        ("hue turn of obstacles, degrees, and brightness", tint(&surfaces.obstacle)),
+        ("hue turn of floor, degrees, and brightness", tint(&surfaces.floor)),
+        ("hue turn of sky, degrees, and brightness", tint(&surfaces.sky)),
         ("turn noise, degrees", degrees(motion.turn_noise)),
         ("turn bias, degrees", degrees(motion.turn_bias)),
         ("step noise", number(motion.step_noise)),

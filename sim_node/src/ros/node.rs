@@ -313,7 +313,10 @@ impl<'a> Simulator<'a> {
         let latency = self.session.world().conditions().camera.latency;
         if self.deployment.is_in_real_time() && self.session.is_image_dropped() {
             Counters::count(&self.counters.lost_images);
-        } else if self.deployment.is_in_real_time() && latency > 0.0 {
+        } else if self.deployment.is_in_real_time()
+            && (latency > 0.0 || self.delayed.due().is_some())
+        {
+            // Images keep their order if the latency becomes 0.
             let due = Instant::now() + Duration::from_secs_f64(latency);
             self.delayed.push(due, self.session.image());
         } else {

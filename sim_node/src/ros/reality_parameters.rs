@@ -310,7 +310,7 @@ mod tests {
             (
                 "camera.gain_range:=[2.0,1.0]",
                 "parameter 'camera.gain_range' is the list [2.0, 1.0]: invalid limits 2 and 1 \
-                 (expected: the lower limit first)",
+                 (expected: finite numbers, the lower limit first)",
             ),
             (
                 "camera.yaw_range:=[1.0,2.0,3.0]",

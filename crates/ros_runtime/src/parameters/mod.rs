@@ -96,8 +96,12 @@ impl Descriptor {
         Descriptor { check: Some(check), ..self }
     }
 
-    /// Makes the parameter a preset for others: setting it also sets these. A value that the same
-    /// request sets explicitly takes precedence.
+    /// Makes the parameter a preset for others: setting it while the node runs also sets these. A
+    /// value that the same request sets explicitly takes precedence. The others must be declared and
+    /// are set without their own implications.
+    ///
+    /// At startup, values are not implied, so that overrides keep their effect: declare the preset
+    /// first, and the others with the defaults that it implies.
     ///
     /// # Examples
     ///

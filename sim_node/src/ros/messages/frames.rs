@@ -55,11 +55,14 @@ pub(crate) fn mount(settings: &CameraSettings, stamp: Time) -> TFMessage {
 /// The twist is zero because the robot changes its pose instantaneously and is at rest at every
 /// stamp.
 pub(crate) fn odometry(odometry: &Estimate, stamp: Time) -> Odometry {
-    let mut covariance = [0.0; 36];
     // A row-major 6 x 6 matrix over x, y, z and the rotations about these axes.
-    covariance[0] = odometry.position_variance;
-    covariance[7] = odometry.position_variance;
-    covariance[35] = odometry.heading_variance;
+    let mut covariance = [0.0; 36];
+    let plane = odometry.covariance();
+    for (row, to_row) in [0, 1, 5].into_iter().enumerate() {
+        for (column, to_column) in [0, 1, 5].into_iter().enumerate() {
+            covariance[6 * to_row + to_column] = plane[(row, column)];
+        }
+    }
     Odometry {
         header: header(ODOM, stamp),
         child_frame_id: BASE.to_owned(),

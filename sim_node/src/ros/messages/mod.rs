@@ -14,7 +14,7 @@ pub(super) use frames::{mount, odometry, path, robot};
 pub(super) use scene::scene;
 
 /// The frame of the room; its origin is the centre of the floor. There is no frame `map`, because
-/// the odometry does not drift.
+/// the transform from `odom` to the robot does not drift.
 const ODOM: &str = "odom";
 /// The frame of the robot; its origin is the centre of the footprint, on the floor.
 const BASE: &str = "base_link";

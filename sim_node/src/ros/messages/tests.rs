@@ -16,7 +16,7 @@ use super::*;
 use crate::{
     Simulation,
     camera::{Camera, CameraSettings, WIDTH, equidistant::DISTORTION, lens},
-    reality::Odometry,
+    reality::{Conditions, Odometry, Reality},
     ros::messages::StampedPose,
     world::{Layout, World, WorldSettings},
 };
@@ -117,9 +117,14 @@ fn the_optical_frame_matches_the_eye_of_the_renderer() {
 }
 
 #[test]
-fn odometry_has_the_estimated_pose_with_its_variances() {
+fn odometry_has_the_estimated_pose_and_covariance() {
     let pose = Isometry2::new(Vector2::new(0.5, -0.25), 2.5);
-    let estimate = Odometry { pose, position_variance: 0.01, heading_variance: 0.02 };
+    let mut reality = Reality::default();
+    (reality.odometry.noise, reality.odometry.drift) = (0.05, 0.02);
+    let mut estimate = Odometry::at(Isometry2::new(Vector2::new(0.5, -0.25), 2.0));
+    estimate.follow(&estimate.pose.clone(), &pose, &Conditions::draw(&reality, 1), 1);
+    let plane = estimate.covariance();
+    estimate.pose = pose;
     let message = odometry(&estimate, NOW);
     assert_eq!(message.header, Header { stamp: NOW, frame_id: "odom".to_owned() });
     assert_eq!(message.child_frame_id, "base_link");
@@ -127,9 +132,11 @@ fn odometry_has_the_estimated_pose_with_its_variances() {
     assert_eq!((x, y, z), (0.5, -0.25, 0.0));
     let (roll, pitch, yaw) = rotation(&message.pose.pose.orientation).euler_angles();
     assert!(roll.abs() < 1e-15 && pitch.abs() < 1e-15 && (yaw - 2.5).abs() < 1e-15);
-    let diagonal = [0.01, 0.01, 0.0, 0.0, 0.0, 0.02];
-    let covariance = nalgebra::Matrix6::from_diagonal(&diagonal.into());
-    assert_eq!(message.pose.covariance, covariance.as_slice());
+    let covariance = message.pose.covariance;
+    assert!(covariance[35] > 0.0 && covariance[35] == plane[(2, 2)]);
+    assert_eq!((covariance[0], covariance[7]), (plane[(0, 0)], plane[(1, 1)]));
+    assert_eq!((covariance[5], covariance[31]), (plane[(0, 2)], plane[(2, 1)]));
+    assert_eq!(covariance[14], 0.0, "z is exact");
     assert_eq!(message.twist, Default::default());
 }
 

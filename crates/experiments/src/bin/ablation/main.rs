@@ -1,11 +1,11 @@
 //! The ablation study of the preset `robust`: trains and evaluates the preset and its variants in
 //! every scenario, all in this process. `launch_scripts/ablation.sh` runs this program.
 
+mod results;
 mod table;
 mod variants;
 
 use std::{
-    collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
     sync::{
@@ -20,14 +20,15 @@ use experiments::{NullListener, Room, replace_section, repository};
 use learning::{
     evaluation::{EvaluationPlan, evaluate},
     run::RunDirectory,
-    settings::Settings,
     training::{Plan, Training},
 };
-use serde::{Deserialize, Serialize};
 use sim_node::world::WorldSettings;
 use task::{Evaluation, Scenario};
 
-use self::variants::{Variant, variants};
+use self::{
+    results::{Results, TrainingResult},
+    variants::{Variant, variants},
+};
 
 /// The evaluation after each training run. The seed and the step limit are the defaults of
 /// `evaluate.sh`.
@@ -50,25 +51,6 @@ struct CommandLine {
     /// Markdown page whose ablation section is replaced [default: docs/results.md]
     #[arg(long)]
     results: Option<PathBuf>,
-}
-
-/// The results, keyed by [`Variant::key`] and then by scenario.
-type Results = BTreeMap<String, BTreeMap<String, TrainingResult>>;
-
-/// The inputs of one training run and the evaluation of its policy.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-struct TrainingResult {
-    seed: u64,
-    episodes: u32,
-    settings: Settings,
-    evaluation: Evaluation,
-}
-
-impl TrainingResult {
-    fn matches(&self, variant: &Variant, seed: u64) -> bool {
-        let TrainingResult { settings, .. } = self;
-        (self.seed, self.episodes, settings) == (seed, variant.episodes, &variant.settings)
-    }
 }
 
 fn main() -> anyhow::Result<()> {

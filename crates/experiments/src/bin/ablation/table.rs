@@ -3,7 +3,7 @@
 use task::Evaluation;
 use task::Scenario;
 
-use crate::{Results, variants::Variant};
+use crate::{results::Results, variants::Variant};
 
 /// Returns one table per metric, with a row per variant and a column per scenario. Missing results
 /// are shown as a dash.

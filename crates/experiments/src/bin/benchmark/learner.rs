@@ -12,7 +12,7 @@ use learning::{
 use sim_node::world::WorldSettings;
 use task::{Action, Environment};
 
-use crate::median;
+use crate::quantile::median;
 
 /// Baseline and learner alternate, so that both run under the same machine load.
 const ROUNDS: usize = 15;

@@ -3,6 +3,7 @@
 
 mod learner;
 mod peers;
+mod quantile;
 mod report;
 mod room;
 mod round_trip;
@@ -86,14 +87,4 @@ fn main() -> anyhow::Result<()> {
 fn part<T>(name: &str, measure: impl FnOnce() -> anyhow::Result<T>) -> anyhow::Result<T> {
     eprintln!("measuring {name} ...");
     measure()
-}
-
-/// Returns the quantile `share` (0 to 1) of `values`, which it sorts.
-fn percentile(values: &mut [f64], share: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[((values.len() - 1) as f64 * share).round() as usize]
-}
-
-fn median(values: &mut [f64]) -> f64 {
-    percentile(values, 0.5)
 }

@@ -8,7 +8,7 @@ use sim_node::{
 };
 use task::{Action, Scenario};
 
-use crate::median;
+use crate::quantile::median;
 
 const ROUNDS: usize = 15;
 const STEPS_A_ROUND: u32 = 20_000;

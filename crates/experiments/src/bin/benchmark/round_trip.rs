@@ -19,7 +19,7 @@ use ros2_client::{
     qos::{History, QosProfile},
 };
 
-use crate::percentile;
+use crate::quantile::percentile;
 
 const ROUNDS: usize = 8;
 const CALLS_A_ROUND: u32 = 4000;

@@ -6,7 +6,7 @@ use experiments::{Nodes, TIMEOUT};
 use ros_interfaces::sensor_msgs::Image;
 use ros_runtime::node::{Node, reliable};
 
-use crate::median;
+use crate::quantile::median;
 
 const ROUNDS: usize = 7;
 /// Makes the simulator publish images continuously, without any service call.

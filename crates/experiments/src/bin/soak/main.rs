@@ -3,6 +3,7 @@
 //! resource usage of both nodes. `launch_scripts/soak.sh` runs this program.
 
 mod report;
+mod resources;
 mod watcher;
 
 use std::{
@@ -24,7 +25,11 @@ use ros_runtime::{
 };
 use sim_node::world::WorldSettings;
 
-use self::{report::Report, watcher::Watcher};
+use self::{
+    report::Report,
+    resources::{ResourceUsage, Sample},
+    watcher::Watcher,
+};
 
 /// Number of steps after which both nodes have allocated what they need. From then on, their memory
 /// must not grow by more than 5 %, and their number of open files must not grow at all.
@@ -72,26 +77,6 @@ struct CommandLine {
     /// Output file (JSON)
     #[arg(long, default_value = "soak.json")]
     out: PathBuf,
-}
-
-/// The resource usage of a node.
-#[derive(Clone, Copy, Debug, serde::Serialize)]
-pub struct ResourceUsage {
-    /// Resident memory, in MB (10^6 bytes).
-    pub memory_mb: f64,
-    /// Number of open file descriptors.
-    pub handles: usize,
-}
-
-/// The resource usage of both nodes at one point during training.
-#[derive(Clone, Copy, Debug, serde::Serialize)]
-pub struct Sample {
-    /// Steps that the simulator has executed so far.
-    pub steps: u64,
-    /// Resource usage of `sim_node`.
-    pub sim: ResourceUsage,
-    /// Resource usage of `agent_node`.
-    pub agent: ResourceUsage,
 }
 
 fn main() -> anyhow::Result<()> {

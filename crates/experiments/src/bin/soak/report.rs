@@ -6,7 +6,7 @@ use anyhow::ensure;
 use experiments::network::Traffic;
 use serde_json::json;
 
-use crate::{ResourceUsage, Sample};
+use crate::resources::{ResourceUsage, Sample};
 
 /// Maximum memory of a node at the end, relative to its memory after `SETTLED_STEPS`.
 const MAX_GROWTH: f64 = 1.05;
