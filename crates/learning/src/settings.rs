@@ -10,38 +10,16 @@
 //!
 //! let error = "nonsense".parse::<Preset>().unwrap_err();
 //! assert_eq!(error.to_string(), "preset: unknown value 'nonsense' (expected: paper, robust)");
-//! # Ok::<(), learning::settings::UnknownName>(())
+//! # Ok::<(), task::names::UnknownName>(())
 //! ```
 
 use std::{fmt, str::FromStr};
 
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
+
+use task::names::{UnknownName, find};
 
 use super::exploration::EpsilonDecay;
-
-/// The error for a name that a setting does not have.
-#[derive(Debug, Error, PartialEq)]
-#[error("{setting}: unknown value '{name}' (expected: {expected})")]
-pub struct UnknownName {
-    setting: &'static str,
-    name: String,
-    /// The valid names, separated by commas.
-    expected: String,
-}
-
-/// Returns the value that is displayed as `name`.
-fn find<T: Copy + fmt::Display, const N: usize>(
-    setting: &'static str,
-    all: [T; N],
-    name: &str,
-) -> Result<T, UnknownName> {
-    all.into_iter().find(|value| value.to_string() == name).ok_or_else(|| UnknownName {
-        setting,
-        name: name.to_owned(),
-        expected: all.map(|value| value.to_string()).join(", "),
-    })
-}
 
 /// A named set of [`Settings`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -8,6 +8,7 @@
 //! - [`seeds`]: the seed and scenario of each episode in a run.
 //! - [`random`]: random numbers that are identical on every machine.
 //! - [`measures`]: the results of an evaluation.
+//! - [`names`]: values that are selected by name.
 //! - [`robustness`]: the results of an evaluation under perturbations.
 //! - [`shortest_paths`]: the full-knowledge shortest paths, the baseline for evaluations.
 //!
@@ -29,6 +30,7 @@ pub mod action;
 pub mod environment;
 pub mod image;
 pub mod measures;
+pub mod names;
 pub mod random;
 pub mod reward;
 pub mod robustness;

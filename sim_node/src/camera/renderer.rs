@@ -8,8 +8,8 @@ use super::ray_fan::{Ray, RayFan};
 use super::settings::{CameraSettings, CameraSettingsError};
 use crate::reality::Conditions;
 use crate::world::{
-    CONCAVE_WALL_HEIGHT, CYLINDER_HEIGHT, CYLINDER_RADIUS, ConcaveWall, Cylinder, EXIT_DEPTH,
-    EXIT_HEIGHT, EXIT_WIDTH, Exit, ROOM_SIDE, WALL_HEIGHT, World,
+    CONCAVE_WALL_HEIGHT, CYLINDER_HEIGHT, CYLINDER_RADIUS, Cylinder, EXIT_DEPTH, EXIT_HEIGHT,
+    EXIT_WIDTH, Exit, ROOM_SIDE, WALL_HEIGHT, World, concave_wall,
 };
 
 /// Lowest height above the floor in metres, whatever the error of the mount.
@@ -90,9 +90,8 @@ impl Camera {
         let room = [(HALF, -HALF), (HALF, HALF), (-HALF, HALF), (-HALF, -HALF)];
         let room = room.map(|(x, y)| Point2::new(x, y));
         let walls = faces(&room, WALL_HEIGHT, palette.wall, light).collect();
-        let concave_wall = ConcaveWall::new();
-        let outline = concave_wall.outline();
-        let concave_wall = faces(outline, CONCAVE_WALL_HEIGHT, palette.obstacle, light).collect();
+        let outline = concave_wall::outline();
+        let concave_wall = faces(&outline, CONCAVE_WALL_HEIGHT, palette.obstacle, light).collect();
         Self { settings, conditions, fan, height, light, palette, background, walls, concave_wall }
     }
 

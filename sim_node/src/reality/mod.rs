@@ -36,5 +36,5 @@ pub use interval::{Interval, IntervalError};
 pub use odometry::Odometry;
 pub use settings::{
     BlockedMotion, CameraReality, MotionReality, ObstacleReality, OdometryReality, Randomization,
-    Reality, SurfaceReality, UnknownName,
+    Reality, SurfaceReality,
 };

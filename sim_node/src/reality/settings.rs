@@ -3,6 +3,8 @@
 use std::fmt;
 use std::str::FromStr;
 
+use task::names::{UnknownName, find};
+
 use super::interval::Interval;
 
 /// The strength of every perturbation. An interval gives a value that is drawn once per episode.
@@ -192,32 +194,6 @@ impl Reality {
     }
 }
 
-/// The error for an unknown name of a setting.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{setting}: unknown value '{name}' (expected: {choices})")]
-pub struct UnknownName {
-    /// The setting.
-    pub setting: &'static str,
-    /// The unknown name.
-    pub name: String,
-    /// The valid names, separated by commas.
-    pub choices: String,
-}
-
-/// Returns the value with this name, or an error that lists all names.
-fn named<T: Copy, const N: usize>(
-    setting: &'static str,
-    values: [T; N],
-    name_of: fn(T) -> &'static str,
-    name: &str,
-) -> Result<T, UnknownName> {
-    values.into_iter().find(|value| name_of(*value) == name).ok_or_else(|| UnknownName {
-        setting,
-        name: name.to_owned(),
-        choices: values.map(name_of).join(", "),
-    })
-}
-
 /// A named level of all perturbations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Randomization {
@@ -264,7 +240,7 @@ impl FromStr for Randomization {
     ///
     /// Returns an error if no level has this name.
     fn from_str(name: &str) -> Result<Self, UnknownName> {
-        named("randomization", Self::ALL, Self::name, name)
+        find("randomization", Self::ALL, name)
     }
 }
 
@@ -309,6 +285,6 @@ impl FromStr for BlockedMotion {
     ///
     /// Returns an error if no value has this name.
     fn from_str(name: &str) -> Result<Self, UnknownName> {
-        named("blocked motion", Self::ALL, Self::name, name)
+        find("blocked motion", Self::ALL, name)
     }
 }

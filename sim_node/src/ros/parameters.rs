@@ -243,12 +243,13 @@ fn declare_camera(parameters: &Parameters) -> anyhow::Result<Camera> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use ros_runtime::{Arguments, names::Naming};
 
     use super::*;
 
-    fn parameters(line: &str) -> Parameters {
+    /// Returns parameters with the overrides of a command line; none is declared yet.
+    pub(in crate::ros) fn parameters(line: &str) -> Parameters {
         let line = format!("sim_node --ros-args {line}");
         let arguments = Arguments::parse(line.split_whitespace().map(str::to_owned)).unwrap();
         let naming = Naming::new("sim_node", &arguments.remaps).unwrap();

@@ -268,16 +268,8 @@ fn values_of(level: Randomization) -> Vec<(&'static str, ParameterValue)> {
 
 #[cfg(test)]
 mod tests {
-    use ros_runtime::{Arguments, names::Naming};
-
     use super::*;
-
-    fn parameters(line: &str) -> Parameters {
-        let line = format!("sim_node --ros-args {line}");
-        let arguments = Arguments::parse(line.split_whitespace().map(str::to_owned)).unwrap();
-        let naming = Naming::new("sim_node", &arguments.remaps).unwrap();
-        Parameters::new(&naming, &arguments).unwrap()
-    }
+    use crate::ros::parameters::tests::parameters;
 
     #[test]
     fn a_level_sets_all_perturbations() {

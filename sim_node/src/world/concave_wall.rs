@@ -37,7 +37,7 @@ pub struct ConcaveWall {
 impl ConcaveWall {
     /// Creates the wall; its geometry is fixed.
     pub(crate) fn new() -> Self {
-        let (outer, inner) = (arc(OUTER_RADIUS), arc(INNER_RADIUS));
+        let [inner, outer] = [INNER_RADIUS, OUTER_RADIUS].map(arc);
         let pieces = outer.windows(2).zip(inner.windows(2)).map(|(outer, inner)| {
             let corners = [outer[0], outer[1], inner[1], inner[0]];
             let corners = corners.iter().map(contact::point).collect();
@@ -46,8 +46,7 @@ impl ConcaveWall {
             (Pose::identity(), SharedShape::new(piece))
         });
         let shape = Compound::new(pieces.collect());
-        let outline = inner.into_iter().chain(outer.into_iter().rev()).collect();
-        Self { outline, shape }
+        Self { outline: outline(), shape }
     }
 
     /// Returns the 98 corners of the ground plan in metres, clockwise: along the inner face from +x
@@ -63,6 +62,13 @@ impl ConcaveWall {
     pub(super) fn touches(&self, footprint: &Footprint) -> bool {
         footprint.touches(&Pose::identity(), &self.shape)
     }
+}
+
+/// Returns the outline of the wall (see [`ConcaveWall::outline`]), without its shape for contact
+/// tests, which takes longer to create.
+pub(crate) fn outline() -> Vec<Point2<f64>> {
+    let [inner, outer] = [INNER_RADIUS, OUTER_RADIUS].map(arc);
+    inner.into_iter().chain(outer.into_iter().rev()).collect()
 }
 
 /// Returns the corners of one face, counter-clockwise from +x to -x.

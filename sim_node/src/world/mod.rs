@@ -24,7 +24,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod concave_wall;
+pub(crate) mod concave_wall;
 pub(crate) mod contact;
 mod cylinder;
 mod exit;
