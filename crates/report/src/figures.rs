@@ -63,8 +63,7 @@ pub(super) fn details(records: &[EpisodeRecord]) -> Result<[Figure; 4], PlotErro
     let loss = PlotSpec {
         title: "Loss",
         y_label: "Mean loss (log scale)",
-        caption: "The loss rises with the action values, which start near zero. It does not measure \
-                  success.",
+        caption: "The loss grows with the size of the action values. It does not measure success.",
         size,
         y: logarithmic,
     };
