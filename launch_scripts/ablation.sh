@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Trains and evaluates the preset robust, leaving out one ingredient at a time.
+# Trains and evaluates the preset robust with one change at a time.
 # Builds the programs if necessary, then runs 'evac ablation' with all arguments.
 #
 #   launch_scripts/ablation.sh --help

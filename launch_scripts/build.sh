@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds the nodes and evac in target/release, with the corrected RustDDS.
+# Builds the nodes and evac in target/release, with the corrections of RustDDS in patches/rustdds.
 #
 #   launch_scripts/build.sh
 #

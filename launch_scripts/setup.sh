@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes every later cargo build in this repository use the corrected RustDDS.
+# Makes every later cargo build in this repository use RustDDS with the corrections in patches/rustdds.
 #
 #   launch_scripts/setup.sh
 #

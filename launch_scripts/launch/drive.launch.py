@@ -1,6 +1,6 @@
 """Drives with a trained model.
 
-    ros2 launch evac_bringup drive.launch.py model:=runs/empty-robust-seed0
+    ros2 launch evac_bringup drive.launch.py model:=runs/mixed-robust-seed0
 
 'evac drive' starts, supervises and stops the nodes; 'evac drive --help' lists all options.
 """
@@ -15,7 +15,7 @@ from launch_ros.substitutions import FindPackageShare
 # Options that are passed on to 'evac drive'. An empty value keeps the default.
 OPTIONS = {
     "model": "directory of a training run",
-    "scenario": "scenario of the simulator; default: that of the training run",
+    "scenario": "scenario of the simulator; default: that of the training run, or three_moving",
     "seed": "random seed of the simulator",
     "frame_rate": "images per second from the simulator",
     "motion_time": "duration of a move in the simulator, in seconds",

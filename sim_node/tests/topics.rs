@@ -117,7 +117,7 @@ impl<M: RosMessage + DeserializeOwned + Debug> Subscriber<M> {
     /// Subscribes to a latched topic.
     ///
     /// To test a late subscriber, pass a new node: if a participant already has a subscriber to the
-    /// topic, RustDDS also passes the messages that it received earlier on to the new one.
+    /// topic, RustDDS also delivers previously received messages to the new subscriber.
     fn latched(node: &mut Node, topic: &str) -> Self {
         Self(node.create_subscription(topic, latched(100)).expect("a subscription"))
     }

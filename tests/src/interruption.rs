@@ -43,7 +43,8 @@ pub fn assert_survives(
     assert!(nodes.ended("agent_node").is_none(), "the training ended before the last interruption");
     nodes.succeed("agent_node", TRAINING);
     assert!(nodes.ended("sim_node").is_none(), "{}", nodes.log("sim_node"));
-    let plan = Plan { scenario: "empty".to_owned(), episodes: EPISODES, seed: SEED, rooms: 1 };
+    let plan =
+        Plan { scenario: task::seeds::MIXED.to_owned(), episodes: EPISODES, seed: SEED, rooms: 1 };
     let expected = Outcome::in_process(plan, Preset::Paper, MAX_STEPS, &nodes.path("here"));
     Outcome::read_from(&out).assert_identical(&expected);
 }

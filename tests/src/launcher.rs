@@ -47,7 +47,8 @@ pub fn assert_leaves_nothing(kill: Kill, rounds: u32) {
     }
     let status = start(&nodes, &out, EPISODES, checkpoint.exists()).wait();
     assert!(status.expect("a child process").success());
-    let plan = Plan { scenario: "empty".to_owned(), episodes: EPISODES, seed: 3, rooms: 1 };
+    let plan =
+        Plan { scenario: task::seeds::MIXED.to_owned(), episodes: EPISODES, seed: 3, rooms: 1 };
     let max_steps = WorldSettings::default().max_steps;
     let undisturbed = Outcome::in_process(plan, Preset::Paper, max_steps, &nodes.path("here"));
     Outcome::read_from(&out).assert_identical(&undisturbed);

@@ -28,6 +28,7 @@ fn train(nodes: &mut Nodes) -> (PathBuf, f64) {
     nodes.start_simulator(&[]);
     let parameters = [
         format!("out:='{}'", out.display()),
+        "scenario:=empty".to_owned(),
         "episodes:=400".to_owned(),
         "evaluation_episodes:=200".to_owned(),
         "figures:=false".to_owned(),

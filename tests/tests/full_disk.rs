@@ -61,7 +61,8 @@ fn training_continues_while_the_disk_is_full() {
     drop(file);
     fs::remove_file(ballast).expect("the file exists");
     nodes.succeed("agent_node", TRAINING);
-    let plan = Plan { scenario: "empty".to_owned(), episodes: EPISODES, seed: SEED, rooms: 1 };
+    let plan =
+        Plan { scenario: task::seeds::MIXED.to_owned(), episodes: EPISODES, seed: SEED, rooms: 1 };
     let preset = Preset::default();
     let here = nodes.path("here");
     Outcome::read_from(&out).assert_identical(&Outcome::in_process(

@@ -65,8 +65,12 @@ impl Fixture {
         self.nodes.succeed("agent_node", TRAINING);
         let log = self.nodes.log("sim_node");
         assert!(self.nodes.ended("sim_node").is_none(), "sim_node exited:\n{log}");
-        let plan =
-            Plan { scenario: "empty".to_owned(), episodes: self.episodes, seed: SEED, rooms: 1 };
+        let plan = Plan {
+            scenario: task::seeds::MIXED.to_owned(),
+            episodes: self.episodes,
+            seed: SEED,
+            rooms: 1,
+        };
         let here = self.nodes.path("here");
         let undisturbed = Outcome::in_process(plan, Preset::Paper, MAX_STEPS, &here);
         Outcome::read_from(&self.nodes.path("run")).assert_identical(&undisturbed);

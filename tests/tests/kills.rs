@@ -77,7 +77,7 @@ fn training_survives_kills_at_random_times() {
     }
     nodes.succeed("agent_node", TRAINING);
     println!("killed agent_node {agent_kills} times, sim_node {simulator_kills} times");
-    let plan = Plan { scenario: "empty".to_owned(), episodes, seed: SEED, rooms: 1 };
+    let plan = Plan { scenario: task::seeds::MIXED.to_owned(), episodes, seed: SEED, rooms: 1 };
     let undisturbed = Outcome::in_process(plan, Preset::Paper, MAX_STEPS, &nodes.path("here"));
     Outcome::read_from(&out).assert_identical(&undisturbed);
     let names =

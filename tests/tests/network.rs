@@ -45,7 +45,7 @@ fn train(nodes: &mut Nodes, network: &Network, out: &Path, episodes: u32) {
 
 /// Returns the result of the same training run in this process.
 fn undisturbed(nodes: &Nodes, episodes: u32) -> Outcome {
-    let plan = Plan { scenario: "empty".to_owned(), episodes, seed: SEED, rooms: 1 };
+    let plan = Plan { scenario: task::seeds::MIXED.to_owned(), episodes, seed: SEED, rooms: 1 };
     Outcome::in_process(plan, Preset::Paper, MAX_STEPS, &nodes.path("here"))
 }
 

@@ -26,7 +26,7 @@ enum Run {
 const COMMANDS: &[(&str, Run)] = &[
     ("launch_scripts/train.sh", Run::With("--episodes 4 --evaluation-episodes 3 --max-steps 30")),
     ("launch_scripts/evaluate.sh", Run::With("--episodes 3 --max-steps 30")),
-    ("launch_scripts/drive.sh --model runs/empty-robust-seed0 --robot", Run::Until("", "waiting")),
+    ("launch_scripts/drive.sh --model runs/mixed-robust-seed0 --robot", Run::Until("", "waiting")),
     ("launch_scripts/drive.sh", Run::Until("--motion-time 0.02", "receiving images")),
     ("launch_scripts/build.sh", Run::With("")),
     ("launch_scripts/setup.sh", Run::With("")),

@@ -142,7 +142,7 @@ enum Event {
     Request(Client, Request),
     /// A response reaches the agent.
     Response(Message),
-    /// The agent repeats its request with a new client.
+    /// The agent retries its request with a new client.
     NewClient,
     /// The simulator is killed and restarted.
     RestartedSimulator,

@@ -116,7 +116,7 @@ fn secured_training_has_the_same_result_as_unsecured_training() {
     }
     secured.nodes.start_beside("agent_node", "agent_node", &arguments);
     secured.nodes.succeed("agent_node", 5 * TIMEOUT);
-    let plan = Plan { scenario: "empty".to_owned(), episodes: 12, seed: 5, rooms: 1 };
+    let plan = Plan { scenario: task::seeds::MIXED.to_owned(), episodes: 12, seed: 5, rooms: 1 };
     let here = secured.nodes.path("here");
     let expected = Outcome::in_process(plan, Preset::default(), 60, &here);
     Outcome::read_from(&out).assert_identical(&expected);

@@ -99,7 +99,7 @@ pub(super) fn declare_parameters(parameters: &Parameters) -> anyhow::Result<()> 
     Ok(())
 }
 
-/// Answers camera images with commands.
+/// Publishes a command for each camera image that is not ignored.
 struct DriveLoop {
     driver: Driver,
     actions: Publisher<ActionCommand>,

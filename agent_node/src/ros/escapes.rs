@@ -117,12 +117,9 @@ fn figures<'node>(
         };
         escapes.push(escape);
     }
-    // `None` for `mixed`, which has no fixed room.
+    // `None` for `mixed`; its fixed room is the one with the concave wall.
     let scenario = plan.scenario.parse::<Scenario>().ok();
-    let fixed = match scenario {
-        None => Vec::new(),
-        Some(scenario) => recorder.fixed(scenario, parameters)?,
-    };
+    let fixed = recorder.fixed(scenario.unwrap_or(Scenario::Concave), parameters)?;
     let moving = scenario.is_some_and(Scenario::has_moving_obstacles);
     Ok(Some(EscapeFigures::draw(&escapes, &fixed, moving)))
 }

@@ -67,7 +67,7 @@ impl<'a> GroundTruth<'a> {
     }
 
     /// Like [`GroundTruth::pose_at`], for the scene. The simulator publishes it at most 30 times per
-    /// second, so this takes up to 33 ms.
+    /// second, so the matching scene may arrive up to 33 ms late.
     pub fn scene_at(&self, stamp: Time) -> Option<Scene> {
         let scene = async {
             loop {

@@ -145,7 +145,7 @@ pub(super) fn scenario(parameters: &Parameters, defaults: &Defaults) -> anyhow::
     let choices = Scenario::ALL.map(Scenario::name).into_iter().chain([MIXED]);
     let description = "scenario of every episode; mixed draws a random scenario for each episode";
     let descriptor = Descriptor::read_only(description).choices(choices);
-    let default = defaults.get("scenario", "empty".to_owned())?;
+    let default = defaults.get("scenario", MIXED.to_owned())?;
     Ok(parameters.declare("scenario", default, descriptor)?)
 }
 
@@ -155,8 +155,9 @@ pub(super) fn model_settings(
     defaults: &Defaults,
 ) -> anyhow::Result<(Preset, Settings)> {
     let choices = Descriptor::read_only(
-        "set of default hyperparameters. paper: the published method; robust: adds stacked images, \
-         repetition avoidance, data augmentation and a penalty for blocked moves",
+        "set of default hyperparameters. paper: the published method; robust: adds stacked frames, \
+         repetition avoidance, prioritized replay, data augmentation and a penalty for blocked \
+         moves",
     )
     .choices(Preset::ALL);
     let preset: Preset = parameters
@@ -170,10 +171,11 @@ pub(super) fn model_settings(
             architecture,
             Descriptor::read_only(
                 "architecture of the Q-network. mlp: a multilayer perceptron with hidden_layers, \
-                 as in the paper; dueling: separate outputs for state value and advantages after \
-                 hidden_layers; convolutional: two convolutional layers before hidden_layers; \
+                 as in the paper; shared_encoder: like mlp, but the first hidden layer reads each \
+                 of the stacked images separately, with the same weights; dueling: separate \
+                 outputs for state value and advantages after hidden_layers; convolutional: two convolutional layers before hidden_layers; \
                  recurrent: the first hidden layer is a gated recurrent unit over the stacked \
-                 images. All except mlp are 10 to 100 times slower",
+                 images. The last three are 10 to 100 times slower",
             )
             .choices(Architecture::ALL),
         )?
@@ -186,11 +188,13 @@ pub(super) fn model_settings(
     let hidden = defaults.get("hidden_layers", hidden)?;
     let hidden = parameters.declare("hidden_layers", hidden, sizes)?;
     settings.network.hidden_layers = hidden.into_iter().map(|size| size as usize).collect();
-    let is_recurrent = settings.network.architecture == Architecture::Recurrent;
-    if is_recurrent && settings.network.hidden_layers.is_empty() {
+    let architecture = settings.network.architecture;
+    let first_reads_images =
+        matches!(architecture, Architecture::SharedEncoder | Architecture::Recurrent);
+    if first_reads_images && settings.network.hidden_layers.is_empty() {
         return Err(anyhow!(
-            "parameter 'hidden_layers' is []: expected at least one layer, which is the recurrent \
-             unit of architecture recurrent"
+            "parameter 'hidden_layers' is []: expected at least one layer, which reads the \
+             stacked images in architecture {architecture}"
         ));
     }
     let frames = defaults.get("observation_frames", settings.network.observation_frames as i64)?;
@@ -209,9 +213,10 @@ pub(super) fn model_settings(
         parameters,
         "avoid_repetition",
         avoid_repetition,
-        "exclude actions already taken in response to an identical image within the last 50 steps \
-         of the episode, in decisions and in the maximum over a' in eq. 5; if this excludes all \
-         actions, the least recently taken one is allowed",
+        "exclude actions already taken in response to the same view within the last 50 steps of \
+         the episode, in decisions and in the maximum over a' in eq. 5; if this excludes all \
+         actions, the least recently taken one is allowed. Images show the same view if they \
+         differ by no more than the camera noise, which is estimated from the image",
     )?;
     let mirror = defaults.get("mirror", settings.replay.mirror)?;
     settings.replay.mirror = declare(
@@ -269,15 +274,40 @@ fn replay_settings(p: &Parameters, preset: &ReplaySettings) -> anyhow::Result<Re
             preset.batch_size as u64,
             1..=65_536,
             "number of transitions per update of the training network, sampled uniformly without \
-             replacement; updates begin once the replay memory holds this many",
+             replacement or, if priority_exponent is positive, by priority; updates begin once the \
+             replay memory holds this many",
         )? as usize,
         planning_steps: count(
             p,
             "planning_steps",
             preset.planning_steps as u64,
             0..=1_000,
-            "n in Dyna-Q: number of training network updates per environment step",
+            "n in Dyna-Q: number of updates of the training network after every \
+             update_interval-th environment step",
         )? as usize,
+        update_interval: count(
+            p,
+            "update_interval",
+            preset.update_interval as u64,
+            1..=10_000,
+            "interval between updates of the training network, in environment steps",
+        )? as usize,
+        priority_exponent: number(
+            p,
+            "priority_exponent",
+            preset.priority_exponent,
+            0.0..=1.0,
+            "prioritized replay: exponent alpha of the temporal-difference errors to which \
+             sampling probabilities are proportional; 0 samples uniformly",
+        )?,
+        importance_exponent: number(
+            p,
+            "importance_exponent",
+            preset.importance_exponent,
+            0.0..=1.0,
+            "prioritized replay: exponent beta of the importance-sampling weights at the start of \
+             training; it increases linearly to 1 over the episodes",
+        )?,
         blocked_reward: number(
             p,
             "blocked_reward",

@@ -1,7 +1,11 @@
 //! Aggregates all training runs and evaluations over their seeds, as JSON and as Markdown tables
 //! that compare them with the results of the paper.
 
-use std::{collections::BTreeMap, fs, path::Path};
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+};
 
 use anyhow::{Context, ensure};
 use learning::{run::Summary, settings::Preset};
@@ -10,6 +14,7 @@ use report::{
     numbers::{count, decimal, duration},
 };
 use serde::{Serialize, de::DeserializeOwned};
+use sim_node::reality::Randomization;
 use task::{Evaluation, Scenario, seeds::MIXED};
 
 use crate::replace_section;
@@ -30,32 +35,49 @@ struct PaperTraining {
     wall_s: Option<f64>,
 }
 
+/// The levels of randomization at which policies are evaluated. The first is the world of the paper.
+pub const LEVELS: [Randomization; 3] =
+    [Randomization::None, Randomization::Mild, Randomization::Strong];
+
+/// Returns the level of randomization in which `evac train` trains a preset by default.
+pub fn training_randomization(preset: Preset) -> Randomization {
+    match preset {
+        Preset::Paper => Randomization::None,
+        Preset::Robust => Randomization::Strong,
+    }
+}
+
+/// Returns the directory of an evaluation in the directory of a training run.
+pub fn evaluation_directory(run: &Path, level: Randomization, scenario: &str) -> PathBuf {
+    run.join(level.name()).join(scenario)
+}
+
 /// The results of all runs, in the format of `reproduction.json`.
 #[derive(Debug, Serialize)]
 pub struct Reproduction {
     paper: [PaperTraining; 4],
-    /// One entry per scenario and preset.
+    /// One entry per training scenario and preset; the last is the training in all scenarios.
     trainings: Vec<TrainingSummary>,
-    /// The evaluations of the policies trained in all scenarios; one entry per evaluation scenario.
-    mixed: Vec<EvaluationSummary>,
 }
 
 /// The training runs of one preset in one scenario, over all seeds.
 #[derive(Debug, Serialize)]
 struct TrainingSummary {
+    scenario: String,
     preset: String,
     seeds: Vec<u64>,
     /// Number of episodes per training run.
     episodes: u32,
     steps: Mean,
     wall_s: Mean,
-    #[serde(rename = "test")]
-    evaluation: EvaluationSummary,
+    /// One entry per level of randomization and scenario.
+    evaluations: Vec<EvaluationSummary>,
 }
 
 /// The evaluations in one scenario, over the policies of all seeds.
 #[derive(Debug, Serialize)]
 struct EvaluationSummary {
+    randomization: &'static str,
     scenario: String,
     /// Number of evaluation episodes over all seeds.
     episodes: u32,
@@ -79,8 +101,7 @@ impl Reproduction {
     ///
     /// Returns an error if there is no finished training run or a file cannot be read or parsed.
     pub fn read(directory: &Path) -> anyhow::Result<Reproduction> {
-        let mut summaries: BTreeMap<(String, String), Vec<(Summary, Evaluation)>> = BTreeMap::new();
-        let mut mixed: BTreeMap<String, Vec<Evaluation>> = BTreeMap::new();
+        let mut summaries: BTreeMap<(String, String), Vec<(Summary, PathBuf)>> = BTreeMap::new();
         let context = || directory.display().to_string();
         let mut runs = Vec::new();
         for entry in fs::read_dir(directory).with_context(context)? {
@@ -89,32 +110,21 @@ impl Reproduction {
         // The order of directory entries is unspecified; the output must not depend on it.
         runs.sort();
         for run in runs {
-            let Some(mut summary) = read_json::<Summary>(&run.join("summary.json"))? else {
-                continue;
-            };
-            if summary.scenario == MIXED {
-                for scenario in Scenario::ALL.map(Scenario::name) {
-                    let evaluation = read_json(&run.join(scenario).join("evaluation.json"))?;
-                    mixed.entry(scenario.to_owned()).or_default().extend(evaluation);
-                }
-            } else if let Some(evaluation) = summary.evaluation.take() {
+            if let Some(summary) = read_json::<Summary>(&run.join("summary.json"))? {
                 let key = (summary.scenario.clone(), summary.preset.clone());
-                summaries.entry(key).or_default().push((summary, evaluation));
+                summaries.entry(key).or_default().push((summary, run));
             }
         }
         ensure!(!summaries.is_empty(), "no finished training run in {}", directory.display());
         let mut trainings = Vec::new();
-        for scenario in Scenario::ALL.map(Scenario::name) {
+        for scenario in Scenario::ALL.map(Scenario::name).into_iter().chain([MIXED]) {
             for preset in Preset::ALL {
-                let key = (scenario.to_owned(), preset.to_string());
-                trainings.extend(summaries.get(&key).and_then(|runs| TrainingSummary::of(runs)));
+                if let Some(runs) = summaries.get(&(scenario.to_owned(), preset.to_string())) {
+                    trainings.extend(TrainingSummary::of(runs)?);
+                }
             }
         }
-        let mixed = Scenario::ALL
-            .iter()
-            .filter_map(|scenario| EvaluationSummary::of(mixed.get(scenario.name())?))
-            .collect();
-        Ok(Reproduction { paper: PAPER, trainings, mixed })
+        Ok(Reproduction { paper: PAPER, trainings })
     }
 
     /// Writes the results to a JSON file such as `reproduction.json`.
@@ -134,7 +144,8 @@ impl Reproduction {
     /// Returns an error if the page cannot be read or written or lacks one of the sections.
     pub fn write_results(&self, page: &Path) -> anyhow::Result<()> {
         replace_section(page, "trainings", &self.trainings_table())?;
-        replace_section(page, "tests", &self.evaluations_table())?;
+        replace_section(page, "evaluations", &self.evaluations_table())?;
+        replace_section(page, "perturbed", &self.perturbed_table())?;
         replace_section(page, "mixed", &self.mixed_table())
     }
 
@@ -149,7 +160,12 @@ impl Reproduction {
 
     fn training(&self, scenario: &str, preset: Preset) -> Option<&TrainingSummary> {
         let preset = preset.to_string();
-        self.trainings.iter().find(|t| t.evaluation.scenario == scenario && t.preset == preset)
+        self.trainings.iter().find(|t| t.scenario == scenario && t.preset == preset)
+    }
+
+    /// Iterates over the training runs in single scenarios.
+    fn specialists(&self) -> impl Iterator<Item = &TrainingSummary> {
+        self.trainings.iter().filter(|training| training.scenario != MIXED)
     }
 
     fn trainings_table(&self) -> String {
@@ -166,12 +182,11 @@ impl Reproduction {
         ];
         let rows = self.trainings.iter().map(|training| {
             let paper = PAPER.iter().find(|paper| {
-                training.preset == Preset::Paper.to_string()
-                    && paper.scenario == training.evaluation.scenario
+                training.preset == Preset::Paper.to_string() && paper.scenario == training.scenario
             });
             let ratio = paper.map(|paper| training.steps.mean / paper.steps as f64);
             vec![
-                training.evaluation.scenario.clone(),
+                training.scenario.clone(),
                 training.preset.clone(),
                 training.seeds.len().to_string(),
                 count(training.episodes.into()),
@@ -188,46 +203,65 @@ impl Reproduction {
     fn evaluations_table(&self) -> String {
         let mut header = EvaluationSummary::HEADER.to_vec();
         header.insert(1, "preset");
-        let rows = self.trainings.iter().map(|training| {
-            let mut cells = training.evaluation.cells();
-            cells.insert(1, training.preset.clone());
-            cells
+        let rows = self.specialists().flat_map(|training| {
+            training.at(Randomization::None).map(|evaluation| {
+                let mut cells = evaluation.cells();
+                cells.insert(1, training.preset.clone());
+                cells
+            })
         });
         table(&header, rows)
     }
 
+    /// Returns the table of the perturbed evaluations of the policies for single scenarios.
+    fn perturbed_table(&self) -> String {
+        let robust = self.specialists().filter(|t| t.preset == Preset::Robust.to_string());
+        let evaluations = robust.flat_map(|training| {
+            [Randomization::Mild, Randomization::Strong].map(|level| training.at(level))
+        });
+        table(&with_level(), evaluations.flatten().map(EvaluationSummary::cells_with_level))
+    }
+
     fn mixed_table(&self) -> String {
-        table(&EvaluationSummary::HEADER, self.mixed.iter().map(EvaluationSummary::cells))
+        let mixed = self.training(MIXED, Preset::Robust);
+        let evaluations = Scenario::ALL.into_iter().flat_map(|scenario| {
+            let of_scenario =
+                move |evaluation: &&EvaluationSummary| evaluation.scenario == scenario.name();
+            mixed.into_iter().flat_map(|mixed| &mixed.evaluations).filter(of_scenario)
+        });
+        table(&with_level(), evaluations.map(EvaluationSummary::cells_with_level))
     }
 
     fn short_table(&self) -> String {
         let header = [
             "scenario",
-            "training steps (paper)",
-            "training steps, `paper`",
             "success rate, `paper`",
-            "success rate, `robust`",
-            "collision-free episodes, `robust`",
-            "steps / shortest path, `robust`",
-            "success rate, one policy for all scenarios",
+            "success rate, one `robust` policy",
+            "with `mild` perturbations",
+            "with `strong` perturbations",
+            "collision-free episodes",
+            "steps / shortest path",
+            "steps / shortest path, policy for this scenario",
         ];
         let rows = Scenario::ALL.map(Scenario::name).map(|scenario| {
-            let reported = PAPER.iter().find(|paper| paper.scenario == scenario);
-            let paper = self.training(scenario, Preset::Paper);
-            let robust = self.training(scenario, Preset::Robust).map(|robust| &robust.evaluation);
-            let mixed = self.mixed.iter().find(|evaluation| evaluation.scenario == scenario);
+            let evaluation = |training: &str, preset, level| {
+                let training = self.training(training, preset)?;
+                training.at(level).find(|evaluation| evaluation.scenario == scenario)
+            };
             let success_rate = |evaluation: Option<&EvaluationSummary>| {
                 evaluation.map_or_else(String::new, |e| exact_percent(e.success_rate))
             };
+            let [none, mild, strong] = LEVELS.map(|level| evaluation(MIXED, Preset::Robust, level));
+            let specialist = evaluation(scenario, Preset::Robust, Randomization::None);
             vec![
                 scenario.to_owned(),
-                reported.map_or_else(String::new, |paper| count(paper.steps)),
-                paper.map_or_else(String::new, |paper| decimal(paper.steps.mean, 0)),
-                success_rate(paper.map(|paper| &paper.evaluation)),
-                success_rate(robust),
-                robust.map_or_else(String::new, |e| exact_percent(e.collision_free_rate.mean)),
-                ratio(robust.and_then(|evaluation| evaluation.optimality_ratio)),
-                success_rate(mixed),
+                success_rate(evaluation(scenario, Preset::Paper, Randomization::None)),
+                success_rate(none),
+                success_rate(mild),
+                success_rate(strong),
+                none.map_or_else(String::new, |e| exact_percent(e.collision_free_rate.mean)),
+                ratio(none.and_then(|evaluation| evaluation.optimality_ratio)),
+                ratio(specialist.and_then(|evaluation| evaluation.optimality_ratio)),
             ]
         });
         table(&header, rows.into_iter())
@@ -235,27 +269,51 @@ impl Reproduction {
 }
 
 impl TrainingSummary {
-    /// Aggregates the training runs of one preset in one scenario; `None` if there are none.
-    fn of(runs: &[(Summary, Evaluation)]) -> Option<TrainingSummary> {
-        let (first, _) = runs.first()?;
+    /// Aggregates the training runs of one preset in one scenario, given with their directories;
+    /// `None` if there are none.
+    fn of(runs: &[(Summary, PathBuf)]) -> anyhow::Result<Option<TrainingSummary>> {
+        let Some((first, _)) = runs.first() else {
+            return Ok(None);
+        };
         let mean = |value: fn(&Summary) -> f64| {
             Mean::of(&runs.iter().map(|(summary, _)| value(summary)).collect::<Vec<f64>>())
         };
-        let evaluations: Vec<Evaluation> = runs.iter().map(|(_, e)| e.clone()).collect();
-        Some(TrainingSummary {
+        let (Some(steps), Some(wall_s)) =
+            (mean(|summary| summary.steps as f64), mean(|summary| summary.wall_s))
+        else {
+            return Ok(None);
+        };
+        let mut evaluations = Vec::new();
+        for level in LEVELS {
+            for scenario in Scenario::ALL.map(Scenario::name) {
+                let mut of_seeds = Vec::new();
+                for (_, run) in runs {
+                    let directory = evaluation_directory(run, level, scenario);
+                    of_seeds.extend(read_json::<Evaluation>(&directory.join("evaluation.json"))?);
+                }
+                evaluations.extend(EvaluationSummary::of(level, &of_seeds));
+            }
+        }
+        Ok(Some(TrainingSummary {
+            scenario: first.scenario.clone(),
             preset: first.preset.clone(),
             seeds: runs.iter().map(|(summary, _)| summary.seed).collect(),
             episodes: first.episodes,
-            steps: mean(|summary| summary.steps as f64)?,
-            wall_s: mean(|summary| summary.wall_s)?,
-            evaluation: EvaluationSummary::of(&evaluations)?,
-        })
+            steps,
+            wall_s,
+            evaluations,
+        }))
+    }
+
+    /// Iterates over the evaluations at a level of randomization, one per scenario.
+    fn at(&self, level: Randomization) -> impl Iterator<Item = &EvaluationSummary> {
+        self.evaluations.iter().filter(move |evaluation| evaluation.randomization == level.name())
     }
 }
 
 impl EvaluationSummary {
     /// Aggregates the evaluations of all seeds in one scenario; `None` if there are none.
-    fn of(evaluations: &[Evaluation]) -> Option<EvaluationSummary> {
+    fn of(level: Randomization, evaluations: &[Evaluation]) -> Option<EvaluationSummary> {
         let episodes = evaluations.iter().map(|evaluation| evaluation.episodes).sum();
         let successes = evaluations.iter().map(|evaluation| evaluation.successes).sum();
         let mean = |value: fn(&Evaluation) -> Option<f64>| {
@@ -265,6 +323,7 @@ impl EvaluationSummary {
         let rates = evaluations.iter().map(|evaluation| evaluation.success_rate);
         let first = evaluations.first()?;
         Some(EvaluationSummary {
+            randomization: level.name(),
             scenario: first.scenario.clone(),
             episodes,
             successes,
@@ -293,6 +352,13 @@ impl EvaluationSummary {
         "steps / shortest path",
     ];
 
+    /// Returns the cells of a table row, including the level of randomization.
+    fn cells_with_level(&self) -> Vec<String> {
+        let mut cells = self.cells();
+        cells.insert(1, self.randomization.to_owned());
+        cells
+    }
+
     /// Returns the cells of a table row.
     fn cells(&self) -> Vec<String> {
         let interval = self.success_interval;
@@ -310,6 +376,13 @@ impl EvaluationSummary {
             ratio(self.optimality_ratio),
         ]
     }
+}
+
+/// Returns the headings of the columns that [`EvaluationSummary::cells_with_level`] returns.
+fn with_level() -> Vec<&'static str> {
+    let mut header = EvaluationSummary::HEADER.to_vec();
+    header.insert(1, "perturbations");
+    header
 }
 
 /// Formats a share with two decimals, `0.9995` as "99.95 %", so that rare failures stay visible.
@@ -371,7 +444,6 @@ mod tests {
     fn tables_aggregate_the_seeds_and_show_the_results_of_the_paper() {
         let home = tempfile::tempdir().unwrap();
         for (seed, successes) in [(0, 900), (1, 1000)] {
-            let out = RunDirectory::open(&home.path().join(format!("empty-{seed}"))).unwrap();
             let summary = Summary {
                 scenario: "empty".into(),
                 preset: "paper".into(),
@@ -381,15 +453,26 @@ mod tests {
                 wall_s: 60.0,
                 steps_per_s: 800.0,
                 update_us: 200.0,
-                evaluation: Some(evaluation("empty", successes)),
+                evaluation: None,
             };
-            out.write_json("summary.json", &summary).unwrap();
-            let mixed = home.path().join(format!("mixed-{seed}"));
-            let out = RunDirectory::open(&mixed).unwrap();
-            let summary = Summary { scenario: "mixed".into(), evaluation: None, ..summary };
-            out.write_json("summary.json", &summary).unwrap();
-            let out = RunDirectory::open(&mixed.join("concave")).unwrap();
-            out.write_json("evaluation.json", &evaluation("concave", successes)).unwrap();
+            let mixed =
+                Summary { scenario: "mixed".into(), preset: "robust".into(), ..summary.clone() };
+            let robust = Summary { preset: "robust".into(), ..summary.clone() };
+            for (run, levels, scenario) in [
+                (summary, &LEVELS[..1], "empty"),
+                (robust, &LEVELS[..], "empty"),
+                (mixed, &LEVELS[..], "concave"),
+            ] {
+                let name = format!("{}-{}-{seed}", run.scenario, run.preset);
+                let directory = home.path().join(name);
+                RunDirectory::open(&directory).unwrap().write_json("summary.json", &run).unwrap();
+                for level in levels {
+                    let directory = evaluation_directory(&directory, *level, scenario);
+                    let directory = RunDirectory::open(&directory).unwrap();
+                    let evaluation = evaluation(scenario, successes);
+                    directory.write_json("evaluation.json", &evaluation).unwrap();
+                }
+            }
         }
         let reproduction = Reproduction::read(home.path()).unwrap();
         let row = |table: String| table.lines().nth(2).unwrap().to_owned();
@@ -398,8 +481,11 @@ mod tests {
         assert!(training.contains(" | 51,316 | 1.01 | 1:00 ± 0:00 | 19:02 |"), "{training}");
         let result = row(reproduction.evaluations_table());
         assert!(result.contains("| 95.00\u{a0}% | 93.96 to 95.87 | 90.00\u{a0}% |"), "{result}");
-        assert!(row(reproduction.mixed_table()).starts_with("| concave | 95.00\u{a0}% |"));
-        assert!(row(reproduction.short_table()).starts_with("| empty | 51,316 | 51,816 | 95.0"));
+        let perturbed = row(reproduction.perturbed_table());
+        assert!(perturbed.starts_with("| empty | mild | 95.00\u{a0}% |"), "{perturbed}");
+        assert_eq!(reproduction.mixed_table().lines().count(), 2 + LEVELS.len());
+        assert!(row(reproduction.mixed_table()).starts_with("| concave | none | 95.00\u{a0}% |"));
+        assert!(row(reproduction.short_table()).starts_with("| empty | 95.00\u{a0}% |  |"));
         let empty = tempfile::tempdir().unwrap();
         let error = Reproduction::read(empty.path()).unwrap_err().to_string();
         assert!(error.contains("no finished training"), "{error}");

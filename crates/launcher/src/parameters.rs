@@ -60,6 +60,13 @@ impl Parameters {
         Ok(Parameters(parameters.into_iter().map(|one| (one.name.clone(), one)).collect()))
     }
 
+    /// Changes the default of a parameter that is shown in help texts, if there is such a parameter.
+    pub fn set_default(&mut self, name: &str, default: &str) {
+        if let Some(parameter) = self.0.get_mut(name) {
+            parameter.default = default.into();
+        }
+    }
+
     /// Returns the parameters in alphabetical order.
     pub fn iter(&self) -> impl Iterator<Item = &Parameter> {
         self.0.values()

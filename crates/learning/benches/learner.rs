@@ -7,8 +7,8 @@ use divan::{Bencher, black_box};
 use learning::{
     backend::Network,
     dyna_q::DynaQ,
-    network::QNetwork,
-    observation::{Augmentation, History, input_size},
+    network::{QNetwork, Shape},
+    observation::{Augmentation, History},
     perceptron::Perceptron,
     replay_memory::ReplayMemory,
     sequence::Sequence,
@@ -85,7 +85,7 @@ fn observations(bencher: Bencher, preset: Preset) {
     let Settings { network, replay, .. } = preset.settings();
     let (frames, batch_size) = (network.observation_frames, replay.batch_size);
     let mut random = Sequence::Weights.random(0);
-    let network = QNetwork::new(input_size(frames), &network.hidden_layers, &mut random);
+    let network = QNetwork::new(&Shape::of(&network), &mut random);
     let perceptron = network.and_then(|network| Perceptron::new(&network));
     let mut activations =
         perceptron.expect("the preset describes a network").activations(batch_size);

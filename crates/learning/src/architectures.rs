@@ -9,8 +9,7 @@ use task::Random;
 use crate::{
     autograd::{Autograd, CandleNetwork},
     backend::{Backend, Network},
-    network::QNetwork,
-    observation::input_size,
+    network::{QNetwork, Shape},
     perceptron::{Kernels, Perceptron},
     settings::{Architecture, NetworkSettings, Settings},
     weights::WeightsError,
@@ -22,7 +21,7 @@ use crate::{
 /// # Errors
 ///
 /// Returns an error if the settings do not describe a valid network, e.g. if the architecture is
-/// recurrent but there are no hidden layers.
+/// shared_encoder or recurrent but there are no hidden layers.
 ///
 /// # Examples
 ///
@@ -44,9 +43,8 @@ pub fn backend(settings: &Settings, random: &mut Random) -> Result<Box<dyn Backe
     let Settings { network, optimizer, .. } = settings;
     let batch = settings.replay.batch_size;
     Ok(match network.architecture {
-        Architecture::Mlp => {
-            let inputs = input_size(network.observation_frames);
-            let network = QNetwork::new(inputs, &network.hidden_layers, random)?;
+        Architecture::Mlp | Architecture::SharedEncoder => {
+            let network = QNetwork::new(&Shape::of(network), random)?;
             Box::new(Kernels::new(&network, batch, optimizer)?)
         }
         _ => Box::new(Autograd::new(CandleNetwork::new(network, random)?, batch, optimizer)?),
@@ -68,9 +66,8 @@ pub fn network(
     tensors: &HashMap<String, Tensor>,
 ) -> std::result::Result<Box<dyn Network>, WeightsError> {
     Ok(match settings.architecture {
-        Architecture::Mlp => {
-            let inputs = input_size(settings.observation_frames);
-            let network = QNetwork::from_tensors(prefix, inputs, &settings.hidden_layers, tensors)?;
+        Architecture::Mlp | Architecture::SharedEncoder => {
+            let network = QNetwork::from_tensors(prefix, &Shape::of(settings), tensors)?;
             Box::new(Perceptron::new(&network)?)
         }
         _ => Box::new(CandleNetwork::from_tensors(settings, prefix, tensors)?),

@@ -96,7 +96,9 @@ impl Driver {
 mod tests {
     use super::*;
     use crate::{
-        network::QNetwork, observation::input_size, perceptron::Perceptron, sequence::Sequence,
+        network::{QNetwork, Shape},
+        perceptron::Perceptron,
+        sequence::Sequence,
         settings::Preset,
     };
 
@@ -106,9 +108,8 @@ mod tests {
 
     fn policy() -> Policy {
         let settings = Preset::Robust.settings();
-        let inputs = input_size(settings.network.observation_frames);
         let mut random = Sequence::Weights.random(1);
-        let network = QNetwork::new(inputs, &settings.network.hidden_layers, &mut random).unwrap();
+        let network = QNetwork::new(&Shape::of(&settings.network), &mut random).unwrap();
         let network = Perceptron::new(&network.randomized(2)).unwrap();
         Policy::new(Box::new(network), &settings)
     }

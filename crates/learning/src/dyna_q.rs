@@ -10,6 +10,7 @@ use super::{
     backend::{Backend, Network},
     greedy::{ActionSet, greedy_action},
     observation::Augmentation,
+    priorities::Priorities,
     replay_memory::ReplayMemory,
     sequence::Sequence,
     settings::{OptimizerSettings, ReplaySettings, Settings, TargetUpdate},
@@ -60,6 +61,8 @@ pub struct DynaQ {
     pub(super) settings: Settings,
     pub(super) backend: Box<dyn Backend>,
     pub(super) memory: ReplayMemory,
+    /// The priorities of the stored transitions; `None` with uniform sampling.
+    pub(super) priorities: Option<Priorities>,
     pub(super) exploration_random: Random,
     pub(super) replay_random: Random,
     /// The buffers for the forward pass over the current states, one state per environment.
@@ -74,6 +77,10 @@ pub struct DynaQ {
     choices: Vec<Action>,
     /// The augmentation of each transition of the batch.
     pub(super) augmentations: Vec<Augmentation>,
+    /// The importance-sampling weight of each transition of the batch; 1 with uniform sampling.
+    weights: Vec<f32>,
+    /// The progress of training, 0 to 1.
+    progress: f64,
 }
 
 impl DynaQ {
@@ -87,9 +94,11 @@ impl DynaQ {
         let mut random = Sequence::Weights.random(seed);
         let frames = settings.network.observation_frames;
         let backend = backend(&settings, &mut random)?;
-        let batch = settings.replay.batch_size;
+        let ReplaySettings { capacity, batch_size: batch, priority_exponent, .. } = settings.replay;
+        let is_prioritized = priority_exponent > 0.0;
         Ok(DynaQ {
-            memory: ReplayMemory::new(settings.replay.capacity, environments, frames),
+            memory: ReplayMemory::new(capacity, environments, frames),
+            priorities: is_prioritized.then(|| Priorities::new(priority_exponent)),
             exploration_random: Sequence::Exploration.random(seed),
             replay_random: Sequence::Replay.random(seed),
             valuation: Valuation::new(
@@ -104,6 +113,8 @@ impl DynaQ {
             targets: vec![0.0; batch],
             choices: vec![Action::default(); batch],
             augmentations: vec![Augmentation::NONE; batch],
+            weights: vec![1.0; batch],
+            progress: 0.0,
             backend,
         })
     }
@@ -156,6 +167,7 @@ impl DynaQ {
     /// Panics if no image with the number `state` is stored.
     pub fn store(&mut self, state: u64, action: Action, step: &Step) -> u64 {
         let penalty = if step.blocked { self.settings.replay.blocked_reward as f32 } else { 0.0 };
+        self.announce(1);
         self.memory.store(state, action, step.reward + penalty, step.terminated, &step.image)
     }
 
@@ -165,13 +177,31 @@ impl DynaQ {
         self.sample(0).then(|| self.update())
     }
 
+    /// Assigns the priority of a new transition to each of the next `more` transitions, before they
+    /// are stored.
+    fn announce(&mut self, more: usize) {
+        if let Some(priorities) = &mut self.priorities {
+            self.memory.next_indices(more).for_each(|index| priorities.announce(index));
+        }
+    }
+
     /// Samples the batch for an update, and its augmentations. Returns false if there are too few
     /// transitions.
     ///
     /// The batch is sampled as if `more` further transitions had already been stored.
     pub(super) fn sample(&mut self, more: usize) -> bool {
+        self.announce(more);
         let random = &mut self.replay_random;
-        let is_sampled = self.memory.sample(&mut self.batch, more, random);
+        let is_sampled = match &self.priorities {
+            None => self.memory.sample(&mut self.batch, more, random),
+            Some(priorities) => {
+                let is_enough = self.memory.len_with(more) >= self.batch.len();
+                if is_enough {
+                    priorities.sample(&mut self.batch, random);
+                }
+                is_enough
+            }
+        };
         let observation_frames = self.settings.network.observation_frames;
         let ReplaySettings { mirror, history_dropout, .. } = self.settings.replay;
         // Without augmentation, no random numbers are drawn.
@@ -195,8 +225,14 @@ impl DynaQ {
     /// Updates the training network from the sampled batch and, with [`TargetUpdate::Update`], the
     /// target network. Returns the loss: the mean of
     /// `(R + gamma Q(s', a'; w_target) - Q(s, a; w_train))^2` over the batch (eq. 5), where `a'` is
-    /// the best action in `s'`. If the loss is not finite, the networks are unchanged.
+    /// the best action in `s'`; with prioritized replay, multiplied by the importance-sampling
+    /// weights. If the loss is not finite, the networks are unchanged.
     pub(super) fn update(&mut self) -> f32 {
+        if let Some(priorities) = &self.priorities {
+            let initial = self.settings.replay.importance_exponent;
+            let beta = initial + (1.0 - initial) * self.progress;
+            priorities.importance_weights(&self.batch, beta, &mut self.weights);
+        }
         let frames = self.settings.network.observation_frames;
         let (double_q, avoid_repetition) =
             (self.settings.target.double_q, self.settings.exploration.avoid_repetition);
@@ -243,13 +279,23 @@ impl DynaQ {
         let mut loss = 0.0;
         let size = self.batch.len() as f32;
         let rows = gradient.chunks_exact_mut(activations.output_width());
-        for (((gradient, values), target), (transition, augmentation)) in
-            rows.zip(activations.outputs()).zip(&self.targets).zip(transitions())
+        let rows = rows.zip(activations.outputs()).zip(self.targets.iter_mut().zip(&self.weights));
+        for (((gradient, values), (target, weight)), (transition, augmentation)) in
+            rows.zip(transitions())
         {
             let action = usize::from(augmentation.action(transition.action).index());
-            let error = values[action] - target;
-            loss += error * error / size;
-            gradient[action] = 2.0 * error / size;
+            let error = values[action] - *target;
+            loss += weight * error * error / size;
+            gradient[action] = weight * 2.0 * error / size;
+            // The targets are no longer needed; their place is taken by the errors.
+            *target = error;
+        }
+        if let Some(priorities) = &mut self.priorities
+            && loss.is_finite()
+        {
+            for (index, error) in self.batch.iter().zip(&self.targets) {
+                priorities.set_error(*index, *error);
+            }
         }
         if loss.is_finite() {
             self.backend.update(activations);
@@ -260,8 +306,10 @@ impl DynaQ {
         loss
     }
 
-    /// Sets Adam's step size according to the progress of training, 0 to 1.
+    /// Sets Adam's step size and the exponent of the importance-sampling weights according to the
+    /// progress of training, 0 to 1.
     pub fn set_progress(&mut self, progress: f64) {
+        self.progress = progress;
         let OptimizerSettings { learning_rate, final_learning_rate_ratio, .. } =
             self.settings.optimizer;
         let final_rate = learning_rate * final_learning_rate_ratio;

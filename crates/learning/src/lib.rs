@@ -9,6 +9,7 @@
 //! - [`training`]: the training loop (Figure 2 of the paper) in one or several environments.
 //! - [`dyna_q`]: the learner, which chooses actions, stores transitions and updates the networks.
 //! - [`replay_memory`]: the transitions that updates sample from.
+//! - [`priorities`]: prioritized replay.
 //! - [`exploration`]: epsilon decay (eq. 4).
 //! - [`sequence`]: the random sequences of a run.
 //! - [`record`]: one record per training episode.
@@ -16,6 +17,7 @@
 //! Acting:
 //!
 //! - [`observation`]: stacked images as network input, and the actions already tried.
+//! - [`similarity`]: whether two images show the same view, despite camera noise.
 //! - [`valuation`]: the action values of states.
 //! - [`greedy`]: the action with the highest value.
 //! - [`policy`]: the greedy policy of a trained network.
@@ -141,12 +143,14 @@ pub mod observation;
 mod optimizer;
 pub mod perceptron;
 pub mod policy;
+pub mod priorities;
 pub mod record;
 pub mod replay_memory;
 pub mod run;
 pub mod saver;
 pub mod sequence;
 pub mod settings;
+pub mod similarity;
 pub mod training;
 pub mod valuation;
 pub mod weights;

@@ -1,5 +1,5 @@
 //! The deep Q-network of the paper: a multilayer perceptron that maps an observation to seven
-//! action values.
+//! action values. Optionally, its first layer is shared by the stacked images of an observation.
 //!
 //! This module initializes the network, names its tensors in files and, for tests, evaluates it
 //! with candle. [`perceptron`](crate::perceptron) evaluates it during training and in policies.
@@ -10,7 +10,67 @@ use candle_core::{DType, Device, Module, Result, Tensor};
 use candle_nn::Linear;
 use task::{Action, Random};
 
-use crate::weights::{WeightsError, normal, saved};
+use crate::{
+    observation::input_size,
+    settings::{Architecture, NetworkSettings},
+    weights::{WeightsError, normal, saved},
+};
+
+/// The error for a network without hidden layers whose architecture needs one.
+pub(super) const NO_FIRST_LAYER: &str =
+    "hidden_layers: [] (expected: at least one layer, which reads the stacked images)";
+
+/// The sizes of the layers of a [`QNetwork`].
+///
+/// # Examples
+///
+/// ```
+/// use learning::{network::Shape, settings::Preset};
+///
+/// let shape = Shape::of(&Preset::Paper.settings().network);
+/// assert_eq!(shape, Shape { inputs: 420, parts: 1, hidden_layers: vec![64, 128, 64] });
+/// let shape = Shape::of(&Preset::Robust.settings().network);
+/// assert_eq!((shape.inputs, shape.parts), (4 * 427, 4));
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Shape {
+    /// Number of inputs.
+    pub inputs: usize,
+    /// Number of equal parts of the inputs. The first layer is applied to each part, with the same
+    /// weights; its outputs for all parts are the inputs of the second layer.
+    pub parts: usize,
+    /// Number of neurons in each hidden layer.
+    pub hidden_layers: Vec<usize>,
+}
+
+impl Shape {
+    /// Returns the shape of a network with the architecture
+    /// [`Mlp`](crate::settings::Architecture::Mlp) or
+    /// [`SharedEncoder`](crate::settings::Architecture::SharedEncoder).
+    pub fn of(settings: &NetworkSettings) -> Shape {
+        Shape {
+            inputs: input_size(settings.observation_frames),
+            parts: match settings.architecture {
+                Architecture::SharedEncoder => settings.observation_frames,
+                _ => 1,
+            },
+            hidden_layers: settings.hidden_layers.clone(),
+        }
+    }
+
+    /// Iterates over the shapes of the weights, `[outputs, inputs]`, from the first layer to the
+    /// output layer.
+    fn weights(&self) -> impl Iterator<Item = [usize; 2]> {
+        let mut inputs = self.inputs / self.parts;
+        let outputs = self.hidden_layers.iter().copied().chain([Action::COUNT]);
+        outputs.enumerate().map(move |(layer, outputs)| {
+            let parts = if layer == 0 { self.parts } else { 1 };
+            // Checked when the tensors are read: sizes from a file may be arbitrarily large.
+            let next = outputs.saturating_mul(parts);
+            [outputs, std::mem::replace(&mut inputs, next)]
+        })
+    }
+}
 
 /// A multilayer perceptron with ReLU after each hidden layer and a linear output layer.
 ///
@@ -21,10 +81,14 @@ use crate::weights::{WeightsError, normal, saved};
 ///
 /// ```
 /// use candle_core::{DType, Device, Tensor};
-/// use learning::network::QNetwork;
+/// use learning::{
+///     network::{QNetwork, Shape},
+///     settings::Preset,
+/// };
 /// use task::Random;
 ///
-/// let network = QNetwork::new(420, &[64, 128, 64], &mut Random::from_key([0; 4]))?;
+/// let shape = Shape::of(&Preset::Paper.settings().network);
+/// let network = QNetwork::new(&shape, &mut Random::from_key([0; 4]))?;
 /// let observations = Tensor::zeros((2, 420), DType::F32, &Device::Cpu)?;
 /// assert_eq!(network.forward(&observations)?.dims(), [2, 7]);
 /// # Ok::<(), candle_core::Error>(())
@@ -32,6 +96,8 @@ use crate::weights::{WeightsError, normal, saved};
 #[derive(Clone, Debug)]
 pub struct QNetwork {
     layers: Vec<Linear>,
+    /// See [`Shape::parts`].
+    parts: usize,
 }
 
 impl QNetwork {
@@ -47,32 +113,42 @@ impl QNetwork {
     ///
     /// # Errors
     ///
-    /// Returns an error if candle cannot create a tensor.
-    pub fn new(inputs: usize, hidden_layers: &[usize], random: &mut Random) -> Result<QNetwork> {
+    /// Returns an error if there are several parts but no hidden layer, or if candle cannot create a
+    /// tensor.
+    pub fn new(shape: &Shape, random: &mut Random) -> Result<QNetwork> {
+        if shape.parts > 1 && shape.hidden_layers.is_empty() {
+            return Err(candle_core::Error::Msg(NO_FIRST_LAYER.to_owned()));
+        }
         let mut layers = Vec::new();
-        let mut inputs = inputs;
-        let sizes = hidden_layers.iter().copied().chain([Action::COUNT]);
-        for (layer, outputs) in sizes.enumerate() {
-            let is_output = layer == hidden_layers.len();
+        for (layer, [outputs, inputs]) in shape.weights().enumerate() {
+            let is_output = layer == shape.hidden_layers.len();
             let deviation = if is_output { 0.0 } else { (2.0 / inputs as f32).sqrt() };
             let weight = normal(&[outputs, inputs], deviation, random)?;
             let bias = Tensor::zeros(outputs, DType::F32, &Device::Cpu)?;
             layers.push(Linear::new(weight, Some(bias)));
-            inputs = outputs;
         }
-        Ok(QNetwork { layers })
+        Ok(QNetwork { layers, parts: shape.parts })
     }
 
     /// Creates a network from the weights, `[outputs, inputs]`, and biases, `[outputs]`, of its
-    /// layers, in order from the input to the output.
+    /// layers, in order from the input to the output. The first layer is applied to each of `parts`
+    /// parts of the inputs ([`Shape::parts`]).
     ///
     /// # Errors
     ///
     /// Returns the first error in `layers`.
-    pub fn from_layers(layers: impl Iterator<Item = Result<[Tensor; 2]>>) -> Result<QNetwork> {
+    pub fn from_layers(
+        parts: usize,
+        layers: impl Iterator<Item = Result<[Tensor; 2]>>,
+    ) -> Result<QNetwork> {
         let layers =
             layers.map(|layer| layer.map(|[weight, bias]| Linear::new(weight, Some(bias))));
-        Ok(QNetwork { layers: layers.collect::<Result<_>>()? })
+        Ok(QNetwork { layers: layers.collect::<Result<_>>()?, parts })
+    }
+
+    /// Returns the number of parts of the inputs ([`Shape::parts`]).
+    pub fn parts(&self) -> usize {
+        self.parts
     }
 
     /// Iterates over the weights and biases of the layers, in order from the input to the output.
@@ -97,9 +173,12 @@ impl QNetwork {
     /// Panics if the network has no layers.
     pub fn forward(&self, inputs: &Tensor) -> Result<Tensor> {
         let (last, hidden) = self.layers.split_last().expect("a network has an output layer");
-        let mut values = inputs.clone();
+        let (batch, count) = inputs.dims2()?;
+        let mut values = inputs.reshape((batch * self.parts, count / self.parts))?;
         for layer in hidden {
             values = layer.forward(&values)?.relu()?;
+            // After the first layer, joins the parts of each sample again.
+            values = values.reshape((batch, ()))?;
         }
         last.forward(&values)
     }
@@ -117,6 +196,7 @@ impl QNetwork {
         let mut random = Random::from_key([seed.into(); 4]);
         let mut numbers = |tensor: &Tensor| normal(tensor.dims(), 0.1, &mut random);
         QNetwork::from_layers(
+            self.parts,
             self.layers().map(|(weight, bias)| Ok([numbers(weight)?, numbers(bias)?])),
         )
         .unwrap()
@@ -124,8 +204,7 @@ impl QNetwork {
 
     /// Creates a network from saved tensors whose names begin with `prefix`.
     ///
-    /// Shapes are compared before anything is allocated, so `hidden_layers` may come from an
-    /// untrusted file.
+    /// Shapes are compared before anything is allocated, so `shape` may come from an untrusted file.
     ///
     /// # Errors
     ///
@@ -133,23 +212,22 @@ impl QNetwork {
     /// value.
     pub fn from_tensors(
         prefix: &str,
-        inputs: usize,
-        hidden_layers: &[usize],
+        shape: &Shape,
         tensors: &HashMap<String, Tensor>,
     ) -> std::result::Result<QNetwork, WeightsError> {
+        if shape.parts > 1 && shape.hidden_layers.is_empty() {
+            return Err(candle_core::Error::Msg(NO_FIRST_LAYER.to_owned()).into());
+        }
         let mut layers = Vec::new();
-        let mut inputs = inputs;
-        let sizes = hidden_layers.iter().copied().chain([Action::COUNT]);
-        for (layer, outputs) in sizes.enumerate() {
+        for (layer, [outputs, inputs]) in shape.weights().enumerate() {
             let tensor = |part: &str, shape: &[usize]| {
                 saved(tensors, format!("{prefix}layers.{layer}.{part}"), shape)
             };
             let (weight, bias) =
                 (tensor("weight", &[outputs, inputs])?, tensor("bias", &[outputs])?);
             layers.push(Linear::new(weight, Some(bias)));
-            inputs = outputs;
         }
-        Ok(QNetwork { layers })
+        Ok(QNetwork { layers, parts: shape.parts })
     }
 }
 
@@ -157,8 +235,12 @@ impl QNetwork {
 mod tests {
     use super::*;
 
+    fn shape() -> Shape {
+        Shape { inputs: 420, parts: 1, hidden_layers: vec![64, 128, 64] }
+    }
+
     fn network() -> QNetwork {
-        QNetwork::new(420, &[64, 128, 64], &mut Random::from_key([7; 4])).unwrap()
+        QNetwork::new(&shape(), &mut Random::from_key([7; 4])).unwrap()
     }
 
     #[test]
@@ -195,7 +277,7 @@ mod tests {
             .tensors()
             .map(|(name, tensor)| (name.to_owned(), tensor.copy().unwrap()))
             .collect();
-        let read = |tensors: &_| QNetwork::from_tensors("", 420, &[64, 128, 64], tensors);
+        let read = |tensors: &_| QNetwork::from_tensors("", &shape(), tensors);
         read(&tensors).unwrap();
         for invalid in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
             let bias = [0.0, 0.0, 0.0, invalid, 0.0, 0.0, 0.0];
@@ -208,8 +290,8 @@ mod tests {
         tensors.remove("layers.3.bias");
         assert!(matches!(read(&tensors), Err(WeightsError::Missing(_))));
         // A shape that is too large to allocate.
-        let huge = vec![usize::MAX / 1024; 3];
-        let result = QNetwork::from_tensors("", 420, &huge, &tensors);
+        let huge = Shape { parts: 4, hidden_layers: vec![usize::MAX / 1024; 3], ..shape() };
+        let result = QNetwork::from_tensors("", &huge, &tensors);
         assert!(matches!(result, Err(WeightsError::Shape { .. })));
     }
 }

@@ -1,16 +1,17 @@
 //! Observations: the robot's latest images and the actions between them.
 //!
-//! Training, evaluation and deployment share this code. As network input, an observation of
-//! `frames` stacked images has the shape `[frames * 420 + (frames - 1) * 7]`: the bytes of each
-//! image divided by 255, newest image first, then a one-hot vector for each action between two
-//! images, newest action first. Entries from before the start of the episode are zero. With one
-//! frame, this is the input used in the paper.
+//! Training, evaluation and deployment share this code. As network input, an observation of one
+//! image has the shape `[420]`, the bytes of the image divided by 255, as in the paper. An
+//! observation of several stacked images has the shape `[frames, 420 + 7]`, newest image first:
+//! each row holds the bytes of an image divided by 255, and a one-hot vector for the action that
+//! led to it. The action that led to the oldest image is omitted. Entries from before the start of
+//! the episode are zero.
 
 use std::collections::VecDeque;
 
 use task::{Action, Image};
 
-use super::{greedy::ActionSet, input::write_image};
+use super::{greedy::ActionSet, input::write_image, similarity::View};
 
 /// An image of an episode, and the action that led to it.
 #[derive(Clone, Copy, Debug)]
@@ -29,10 +30,15 @@ pub struct Moment<'a> {
 /// use learning::observation::input_size;
 ///
 /// assert_eq!(input_size(1), 420);
-/// assert_eq!(input_size(4), 4 * 420 + 3 * 7);
+/// assert_eq!(input_size(4), 4 * (420 + 7));
 /// ```
 pub fn input_size(frames: usize) -> usize {
-    frames * Image::BYTES + frames.saturating_sub(1) * Action::COUNT
+    frames * row_size(frames)
+}
+
+/// Returns the number of network inputs for each image in observations of `frames` stacked images.
+fn row_size(frames: usize) -> usize {
+    if frames > 1 { Image::BYTES + Action::COUNT } else { Image::BYTES }
 }
 
 /// A change made to observations and their actions: mirroring, a shorter history, or both.
@@ -66,7 +72,7 @@ impl Augmentation {
 ///
 /// # Panics
 ///
-/// Panics if `input` is shorter than `frames * 420`.
+/// May panic if `input` has a different length.
 #[inline(always)]
 pub fn write_input<'a>(
     past: impl IntoIterator<Item = Moment<'a>>,
@@ -74,24 +80,22 @@ pub fn write_input<'a>(
     augmentation: Augmentation,
     input: &mut [f32],
 ) {
-    let (images, actions) = input.split_at_mut(frames * Image::BYTES);
-    actions.fill(0.0);
-    let mut past = past.into_iter();
-    let mut actions = actions.chunks_exact_mut(Action::COUNT);
-    let (images, _) = images.as_chunks_mut();
-    for (index, input) in images.iter_mut().enumerate() {
-        let Some(moment) = past.next().filter(|_| index < augmentation.frames) else {
-            input.fill(0.0);
+    let kept = augmentation.frames.min(frames);
+    let mut past = past.into_iter().take(kept);
+    for (index, row) in input.chunks_exact_mut(row_size(frames)).enumerate() {
+        let (image, action) = row.split_first_chunk_mut().expect("a row contains an image");
+        action.fill(0.0);
+        let Some(moment) = past.next() else {
+            image.fill(0.0);
             continue;
         };
         match augmentation.mirrored {
-            false => write_image(moment.image, input),
-            true => write_image(&Image::mirrored(moment.image), input),
+            false => write_image(moment.image, image),
+            true => write_image(&Image::mirrored(moment.image), image),
         }
-        // The action is omitted if the preceding image is outside the augmented history.
-        let led_here = moment.action.filter(|_| index + 1 < augmentation.frames);
-        if let (Some(action), Some(one_hot)) = (led_here, actions.next()) {
-            one_hot[usize::from(augmentation.action(action).index())] = 1.0;
+        // The action is omitted if the preceding image is not part of the observation.
+        if let Some(led_here) = moment.action.filter(|_| index + 1 < kept) {
+            action[usize::from(augmentation.action(led_here).index())] = 1.0;
         }
     }
 }
@@ -99,8 +103,9 @@ pub fn write_input<'a>(
 /// Maximum number of past moments that [`tried`] examines.
 pub const HORIZON: usize = 50;
 
-/// Returns the actions that were already taken in response to an identical image within the last
-/// [`HORIZON`] moments.
+/// Returns the actions that were already taken in response to the same view within the last
+/// [`HORIZON`] moments. Two images show the same view if they differ by no more than the noise of
+/// the camera ([`View`]).
 ///
 /// `past` yields the moments before `image`, and `actions` yields the action taken after each of
 /// them, both newest first. The set never contains all actions: if all were taken, the one taken
@@ -110,9 +115,10 @@ pub fn tried<'a>(
     actions: impl Iterator<Item = Action>,
     past: impl Iterator<Item = Moment<'a>>,
 ) -> ActionSet {
-    let identical = past.take(HORIZON).zip(actions).filter(|(moment, _)| moment.image == image);
+    let view = View::new(image);
+    let repeated = past.take(HORIZON).zip(actions).filter(|(moment, _)| view.shows(moment.image));
     let mut tried = ActionSet::NONE;
-    for (_, action) in identical {
+    for (_, action) in repeated {
         let extended = tried.with(action);
         if extended == ActionSet::ALL {
             break;
@@ -157,8 +163,31 @@ impl History {
         self.moments.iter().map(|(image, action)| Moment { image: image.bytes(), action: *action })
     }
 
-    /// Returns the actions already taken in response to the current image (see [`tried`]).
+    /// Returns the actions already taken in response to the current view (see [`tried`]).
     pub fn tried(&self) -> ActionSet {
         self.tried
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_blocked_move_is_recognized_although_no_two_images_are_identical() {
+        let action = Action::try_from(2).expect("an action");
+        let view = |level: usize, noise: usize| {
+            let bytes: Vec<u8> =
+                (0..Image::BYTES).map(|i| (level + (i * noise) % 7) as u8).collect();
+            Image::try_from(bytes).expect("the size of an image")
+        };
+        let mut history = History::new(4);
+        history.begin(view(100, 2));
+        history.push(action, view(100, 3));
+        assert_eq!(history.tried(), ActionSet::NONE.with(action));
+        history.push(action, view(150, 4));
+        assert_eq!(history.tried(), ActionSet::NONE);
+        history.push(action, view(100, 5));
+        assert_eq!(history.tried(), ActionSet::NONE.with(action));
     }
 }

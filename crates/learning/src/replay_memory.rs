@@ -37,7 +37,7 @@ pub struct Frame {
     /// The difference between the number of this image and that of the previous image in the
     /// episode, and the action between them; `None` for the first image of an episode.
     pub before: Option<(u16, Action)>,
-    /// The actions already taken in response to an identical image in the same episode ([`tried`]).
+    /// The actions already taken in response to the same view in the same episode ([`tried`]).
     pub tried: ActionSet,
 }
 
@@ -132,6 +132,11 @@ impl ReplayMemory {
         self.transitions.len()
     }
 
+    /// Returns the number of transitions after `more` further ones have been stored.
+    pub(super) fn len_with(&self, more: usize) -> usize {
+        (self.len() + more).min(self.capacity)
+    }
+
     /// Returns whether there are no transitions.
     pub fn is_empty(&self) -> bool {
         self.transitions.is_empty()
@@ -183,7 +188,7 @@ impl ReplayMemory {
     /// Uses an in-place version of Floyd's algorithm (Bentley, Programming Pearls, CACM 30(9),
     /// 1987).
     pub fn sample(&self, batch: &mut [usize], more: usize, random: &mut Random) -> bool {
-        let length = (self.len() + more).min(self.capacity);
+        let length = self.len_with(more);
         let Some(first) = length.checked_sub(batch.len()) else {
             return false;
         };
@@ -201,8 +206,18 @@ impl ReplayMemory {
 
     /// Returns whether one of the next `more` transitions will be stored at this index.
     pub fn is_among_next(&self, index: usize, more: usize) -> bool {
-        let first = if self.len() < self.capacity { self.len() } else { self.oldest };
-        (index + self.capacity - first) % self.capacity < more
+        (index + self.capacity - self.next_index()) % self.capacity < more
+    }
+
+    /// Returns the indices at which the next `more` transitions will be stored.
+    pub fn next_indices(&self, more: usize) -> impl Iterator<Item = usize> + use<> {
+        let (first, capacity) = (self.next_index(), self.capacity);
+        (0..more).map(move |offset| (first + offset) % capacity)
+    }
+
+    /// Returns the index at which the next transition will be stored.
+    fn next_index(&self) -> usize {
+        if self.len() < self.capacity { self.len() } else { self.oldest }
     }
 
     /// Returns the transition at the given index.

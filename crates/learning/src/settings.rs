@@ -40,7 +40,7 @@ impl Preset {
     pub fn episodes(self) -> u32 {
         match self {
             Preset::Paper => 1000,
-            Preset::Robust => 3000,
+            Preset::Robust => 9000,
         }
     }
 
@@ -57,6 +57,9 @@ impl Preset {
                     capacity: 10_000,
                     batch_size: 50,
                     planning_steps: 1,
+                    update_interval: 1,
+                    priority_exponent: 0.0,
+                    importance_exponent: 0.0,
                     blocked_reward: 0.0,
                     mirror: false,
                     history_dropout: 0.0,
@@ -81,17 +84,23 @@ impl Preset {
                 },
             },
             Preset::Robust => Preset::Paper.settings().with(|robust| {
+                robust.network.architecture = Architecture::SharedEncoder;
+                robust.network.hidden_layers = vec![64, 192, 96];
                 robust.network.observation_frames = 4;
-                robust.replay.capacity = 50_000;
+                robust.replay.capacity = 100_000;
                 robust.replay.batch_size = 64;
-                robust.replay.blocked_reward = -0.7;
+                robust.replay.update_interval = 3;
+                robust.replay.priority_exponent = 0.8;
+                robust.replay.importance_exponent = 0.5;
+                robust.replay.blocked_reward = -1.5;
                 robust.replay.mirror = true;
                 robust.replay.history_dropout = 0.5;
                 robust.exploration.epsilon =
                     EpsilonDecay { minimum: 0.05, maximum: 1.0, fraction: 0.3 };
                 robust.exploration.avoid_repetition = true;
+                robust.optimizer.learning_rate = 4e-4;
                 robust.optimizer.final_learning_rate_ratio = 0.0;
-                robust.optimizer.weight_decay = 0.5;
+                robust.optimizer.weight_decay = 0.2;
                 robust.target.discount = 0.99;
                 robust.target.rate = 0.005;
                 robust.target.update_at = TargetUpdate::Update;
@@ -122,14 +131,19 @@ impl FromStr for Preset {
     }
 }
 
-/// The architecture of a network, which maps an observation, `[frames * 420 + (frames - 1) * 7]`,
-/// to the values of the seven actions, `[7]`.
+/// The architecture of a network, which maps an observation,
+/// [`[input_size(frames)]`](super::observation::input_size), to the values of the seven actions,
+/// `[7]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Architecture {
     /// A multilayer perceptron, as in the paper: the hidden layers with ReLU, then a linear layer.
     #[default]
     Mlp,
+    /// A multilayer perceptron whose first layer, with the number of neurons in the first entry of
+    /// [`hidden_layers`](NetworkSettings::hidden_layers), is applied to each stacked image and the
+    /// action that led to it, with the same weights. The second layer reads all of its outputs.
+    SharedEncoder,
     /// A dueling network (Wang et al., 2016): the hidden layers, then a state value and seven
     /// advantages.
     Dueling,
@@ -144,8 +158,9 @@ pub enum Architecture {
 
 impl Architecture {
     /// All architectures.
-    pub const ALL: [Architecture; 4] = [
+    pub const ALL: [Architecture; 5] = [
         Architecture::Mlp,
+        Architecture::SharedEncoder,
         Architecture::Dueling,
         Architecture::Convolutional,
         Architecture::Recurrent,
@@ -156,6 +171,7 @@ impl fmt::Display for Architecture {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Architecture::Mlp => "mlp",
+            Architecture::SharedEncoder => "shared_encoder",
             Architecture::Dueling => "dueling",
             Architecture::Convolutional => "convolutional",
             Architecture::Recurrent => "recurrent",
@@ -166,7 +182,7 @@ impl fmt::Display for Architecture {
 impl FromStr for Architecture {
     type Err = UnknownName;
 
-    /// Parses `mlp`, `dueling`, `convolutional` or `recurrent`.
+    /// Parses `mlp`, `shared_encoder`, `dueling`, `convolutional` or `recurrent`.
     ///
     /// # Errors
     ///
@@ -264,10 +280,24 @@ pub struct ReplaySettings {
     /// Maximum number of stored transitions; once the replay memory is full, a new transition
     /// replaces the oldest.
     pub capacity: usize,
-    /// Number of transitions in a batch; all of them are distinct.
+    /// Number of transitions in a batch. With uniform sampling, all of them are distinct.
     pub batch_size: usize,
-    /// Number of updates per step: `n` in Dyna-Q.
+    /// Number of updates after every [`update_interval`](Self::update_interval)-th step: `n` in
+    /// Dyna-Q.
     pub planning_steps: usize,
+    /// Interval, in steps, at which updates are made, at least 1: every `update_interval`-th step
+    /// of the training run is followed by `planning_steps` updates, all others by none.
+    #[serde(default = "every_step")]
+    pub update_interval: usize,
+    /// Prioritized experience replay: the exponent alpha of Schaul et al. (2016), 0 to 1. With 0,
+    /// transitions are sampled uniformly.
+    #[serde(default)]
+    pub priority_exponent: f64,
+    /// Prioritized experience replay: the exponent beta of the importance-sampling weights at the
+    /// start of training, 0 to 1. It increases linearly to 1 with the fraction of finished
+    /// episodes. Has no effect with uniform sampling.
+    #[serde(default)]
+    pub importance_exponent: f64,
     /// Extra reward added to the stored reward of a blocked move.
     pub blocked_reward: f64,
     /// Whether each sampled transition is mirrored with probability 0.5: left and right are swapped
@@ -280,13 +310,18 @@ pub struct ReplaySettings {
     pub history_dropout: f64,
 }
 
+/// The default of [`ReplaySettings::update_interval`].
+fn every_step() -> usize {
+    1
+}
+
 /// Action selection during training.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ExplorationSettings {
     /// The decay of epsilon (eq. 4).
     pub epsilon: EpsilonDecay,
-    /// Whether to exclude actions that were already taken in response to an identical image within
-    /// the last [`HORIZON`](super::observation::HORIZON) steps of the episode. Applies to
+    /// Whether to exclude actions that were already taken in response to the same view within the
+    /// last [`HORIZON`](super::observation::HORIZON) steps of the episode. Applies to
     /// exploration, greedy actions, policies and the choice of the next action in eq. 5.
     pub avoid_repetition: bool,
 }

@@ -17,7 +17,7 @@ use super::{
     dyna_q::{Decision, DynaQ},
     policy::Policy,
     record::{EpisodeRecord, Records},
-    settings::Settings,
+    settings::{ReplaySettings, Settings},
 };
 
 /// The episodes of a training run. The hyperparameters are in [`Settings`].
@@ -348,8 +348,8 @@ impl Training {
                 actions
             }
         };
-        // The environment transitions to s_t+1 and returns R_t+1. Experience replay is performed in
-        // every step, while the environments are busy.
+        // The environment transitions to s_t+1 and returns R_t+1. Experience replay is performed
+        // while the environments are busy.
         let begin = |(index, action): (&usize, &Action)| environments[*index].begin_step(*action);
         let begun = active.iter().zip(&actions).map(begin).collect::<Result<Vec<_>, _>>();
         let begun = begun.map_err(TrainingError::Environment)?;
@@ -384,8 +384,9 @@ impl Training {
     /// transitions, at the latest after the last update.
     ///
     /// The result is the same as if the transitions were stored before all updates: the indices of
-    /// a batch depend only on the future size of the replay memory, so batches that do not contain
-    /// the newest transitions are known before the step ends.
+    /// a batch depend only on the future size of the replay memory and, with prioritized replay, on
+    /// priorities, which are the same for all new transitions. So batches that do not contain the
+    /// newest transitions are known before the step ends.
     fn plan_and_finish_steps<E: Environment>(
         &mut self,
         environments: &mut [E],
@@ -393,10 +394,17 @@ impl Training {
         actions: &[Action],
         begun: Vec<E::PendingStep>,
     ) -> Result<Vec<Step>, TrainingError<E::Error>> {
-        let planning_steps = self.learner.settings.replay.planning_steps;
+        let ReplaySettings { planning_steps, update_interval, .. } = self.learner.settings.replay;
+        let intervals = |steps: u64| steps / update_interval.max(1) as u64;
+        let total = self.progress.total_steps;
+        let due = intervals(total + active.len() as u64) - intervals(total);
+        let updates = due as usize * planning_steps;
+        // The losses count for the episodes in turn; with an interval, not all of them have an
+        // update in each step.
+        let turn = if update_interval > 1 { intervals(total) as usize } else { 0 };
         let mut begun = Some(begun);
         let mut finished: Option<Vec<Step>> = None;
-        while self.updates_made() < planning_steps * active.len() {
+        while self.updates_made() < updates {
             let before = self.learner.replay_random.clone();
             let more = if begun.is_some() { active.len() } else { 0 };
             let is_sampled = self.learner.sample(more);
@@ -413,7 +421,8 @@ impl Training {
                 finished = Some(steps);
             }
             if is_sampled {
-                self.update(active[self.updates_made() / planning_steps])?;
+                let turn = turn + self.updates_made() / planning_steps;
+                self.update(active[turn % active.len()])?;
             }
             if let Some(begun) = &mut self.progress.begun {
                 begun.updates += 1;

@@ -104,17 +104,15 @@ mod tests {
 
     use super::*;
     use crate::{
-        network::QNetwork,
-        observation::input_size,
+        network::{QNetwork, Shape},
         perceptron::Perceptron,
         sequence::Sequence,
         settings::{Preset, Settings},
     };
 
     fn network(settings: &Settings) -> Perceptron {
-        let inputs = input_size(settings.network.observation_frames);
         let mut random = Sequence::Weights.random(1);
-        let network = QNetwork::new(inputs, &settings.network.hidden_layers, &mut random).unwrap();
+        let network = QNetwork::new(&Shape::of(&settings.network), &mut random).unwrap();
         Perceptron::new(&network.randomized(2)).unwrap()
     }
 

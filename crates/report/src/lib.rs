@@ -13,7 +13,7 @@
 //!     scenario: "empty",
 //!     preset: "robust",
 //!     seed: 0,
-//!     episodes: 3000,
+//!     episodes: 9000,
 //!     steps: 41_000,
 //!     wall_s: 9.5,
 //!     steps_per_s: 4315.8,

@@ -19,8 +19,8 @@ pub fn direction(column: usize, row: usize) -> Vector3<f64> {
     Vector3::new(1.0 - square, -2.0 * right, -2.0 * down) / (1.0 + square)
 }
 
-/// Returns the viewing direction like [`direction`], for a lens whose field of view is larger by
-/// the share `error`: all angles from the optical axis are multiplied by 1 + `error`.
+/// Like [`direction`], for a lens whose field of view has the relative error `error`: all angles
+/// from the optical axis are multiplied by 1 + `error`.
 pub fn direction_with_error(column: usize, row: usize, error: f64) -> Vector3<f64> {
     let (right, down) = position(column, row);
     // No pixel centre is on the optical axis, because the number of columns is even.

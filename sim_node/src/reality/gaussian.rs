@@ -39,8 +39,8 @@ fn quantiles() -> &'static [f32; VALUES] {
     })
 }
 
-/// Returns the value below which a standard normal number lies with this probability, by bisection
-/// of the distribution function, which libm evaluates identically on every machine.
+/// Returns the quantile of the standard normal distribution for a probability, by bisection of the
+/// distribution function. The crate `libm` evaluates that function identically on every machine.
 fn quantile(probability: f64) -> f64 {
     let distribution = |x: f64| 0.5 * libm::erfc(-x / std::f64::consts::SQRT_2);
     let (mut low, mut high) = (-8.0, 8.0);

@@ -30,8 +30,8 @@ fn advanced(robot: &Isometry2<f64>, distance: f64) -> Isometry2<f64> {
     advanced
 }
 
-/// Returns the pose at which a blocked robot comes to rest, as on wheels: it turns as far as it can
-/// and then advances until it touches something.
+/// Returns the pose at which a blocked wheeled robot stops: it turns as far as it can, then advances
+/// until just before contact.
 ///
 /// `touches` tells whether the robot would touch something at a pose. It does not at its current
 /// pose, and not at the returned one, which is within 0.1 mm or 0.1 degrees of contact.

@@ -22,11 +22,20 @@ CHUNK = 100
 WARM_UP = 300
 
 
-def network(widths: list[int]) -> nn.Sequential:
-    """Returns a multilayer perceptron with these layer widths and ReLU between the layers."""
-    layers: list[nn.Module] = []
-    for inputs, outputs in pairwise(widths):
-        layers += [nn.Linear(inputs, outputs), nn.ReLU()]
+def network(widths: list[int], parts: int) -> nn.Sequential:
+    """Returns a multilayer perceptron with these layer widths and ReLU between the layers.
+
+    The first layer is applied to each of `parts` equal parts of the inputs.
+    """
+    inputs, first, *others = widths
+    layers: list[nn.Module] = [
+        nn.Unflatten(1, (parts, inputs // parts)),
+        nn.Linear(inputs // parts, first),
+        nn.ReLU(),
+        nn.Flatten(),
+    ]
+    for size, outputs in pairwise([parts * first, *others]):
+        layers += [nn.Linear(size, outputs), nn.ReLU()]
     return nn.Sequential(*layers[:-1])
 
 
@@ -61,9 +70,9 @@ class ReplayMemory:
 class Learner:
     """The training network, the target network and the optimizer."""
 
-    def __init__(self, widths: list[int], double: bool) -> None:
-        self.training = network(widths)
-        self.target = network(widths)
+    def __init__(self, widths: list[int], parts: int, double: bool) -> None:
+        self.training = network(widths, parts)
+        self.target = network(widths, parts)
         self.target.load_state_dict(self.training.state_dict())
         self.double = double
         self.adam = torch.optim.Adam(self.training.parameters(), lr=1e-4, eps=1e-7, fused=True)
@@ -90,6 +99,7 @@ def main() -> None:
     parser.add_argument("--updates", type=int, default=3_000, help="number of updates to measure")
     parser.add_argument("--inputs", type=int, default=420, help="size of an observation in bytes")
     parser.add_argument("--hidden", type=int, nargs="+", default=[64, 128, 64], help="layer widths")
+    parser.add_argument("--parts", type=int, default=1, help="parts that share the first layer")
     parser.add_argument("--batch", type=int, default=50, help="batch size")
     parser.add_argument("--double", action="store_true", help="use double Q-learning")
     arguments = parser.parse_args()
@@ -97,7 +107,8 @@ def main() -> None:
     torch.set_num_threads(1)
     torch.manual_seed(0)
     memory = ReplayMemory(arguments.inputs)
-    learner = Learner([arguments.inputs, *arguments.hidden, ACTIONS], arguments.double)
+    widths = [arguments.inputs, *arguments.hidden, ACTIONS]
+    learner = Learner(widths, arguments.parts, arguments.double)
     for _ in range(WARM_UP):
         learner.update(memory, arguments.batch)
 

@@ -86,7 +86,11 @@ fn scenario_of(agent: &Path, model: &str) -> anyhow::Result<Vec<String>> {
     let parameters = Parameters::query(agent, Some("evaluate"), &arguments)?;
     match parameters.text("scenario") {
         "mixed" => {
-            bail!("missing option --scenario (the model was trained in all scenarios: choose one)")
+            eprintln!(
+                "evac drive: the model was trained in all scenarios; driving in three_moving \
+                 (--scenario selects another)"
+            );
+            Ok(vec!["-p".to_owned(), "scenario:=three_moving".to_owned()])
         }
         scenario => Ok(vec!["-p".to_owned(), format!("scenario:={scenario}")]),
     }

@@ -14,7 +14,7 @@ use crate::programs;
 /// Command, program and description.
 const EXPERIMENTS: [(&str, &str, &str); 5] = [
     ("bench", "benchmark", "Measure the speed of updates, DDS steps, training and the simulator"),
-    ("ablation", "ablation", "Train the preset robust with one ingredient left out at a time"),
+    ("ablation", "ablation", "Train the preset robust with one change at a time"),
     ("reproduce", "reproduction", "Train and evaluate every policy of docs/results.md"),
     (
         "camera-limit",

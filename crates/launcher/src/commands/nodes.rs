@@ -10,6 +10,10 @@ use crate::{
     programs,
 };
 
+/// The parameter of the simulator that sets all perturbations, and its default with preset robust.
+pub const RANDOMIZATION: &str = "randomization";
+pub const ROBUST_RANDOMIZATION: &str = "strong";
+
 /// The agent and the simulator that a command starts.
 pub struct Nodes {
     command: &'static str,
@@ -30,7 +34,10 @@ impl Nodes {
     pub fn query(command: &'static str) -> anyhow::Result<Nodes> {
         let (agent, simulator) = (programs::find("agent_node")?, programs::find("sim_node")?);
         let agent_parameters = Parameters::query(&agent, Some(command), &[])?;
-        let simulator_parameters = Parameters::query(&simulator, None, &[])?;
+        let mut simulator_parameters = Parameters::query(&simulator, None, &[])?;
+        if command == "train" {
+            simulator_parameters.set_default(RANDOMIZATION, ROBUST_RANDOMIZATION);
+        }
         Ok(Nodes { command, agent, simulator, agent_parameters, simulator_parameters })
     }
 

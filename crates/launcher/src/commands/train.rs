@@ -4,7 +4,10 @@ use std::{path::PathBuf, process::ExitCode};
 
 use clap::{ArgMatches, Command};
 
-use super::{nodes::Nodes, shortest_paths};
+use super::{
+    nodes::{Nodes, RANDOMIZATION, ROBUST_RANDOMIZATION},
+    shortest_paths,
+};
 use crate::supervision::{Plan, supervise};
 
 /// The file from which a training run resumes, in the directory that the parameter `out` specifies.
@@ -14,14 +17,22 @@ pub fn command() -> Command {
     Command::new("train")
         .about("Train a policy over DDS (simulator and agent are two processes), then evaluate it")
         .after_help(
-            "Ctrl-C saves a checkpoint and stops all nodes. The same command with --resume \
+            "Preset robust trains with domain randomization: --randomization is strong unless \
+             given. With preset paper, it is none unless given. The evaluation after the training \
+             run has the same randomization.\n\n\
+             Ctrl-C saves a checkpoint and stops all nodes. The same command with --resume \
              continues the training run.",
         )
 }
 
 pub fn run(matches: &ArgMatches, nodes: &Nodes) -> anyhow::Result<ExitCode> {
     let (agent_arguments, parameters) = nodes.agent_arguments(matches, Vec::new())?;
-    let options = nodes.simulator_options(matches);
+    let mut options = Vec::new();
+    if parameters.text("preset") == "robust" {
+        // The first option: those on the command line take precedence.
+        options.extend(["-p".to_owned(), format!("{RANDOMIZATION}:={ROBUST_RANDOMIZATION}")]);
+    }
+    options.extend(nodes.simulator_options(matches));
     let namespaces = match parameters.count("simulators") {
         0 | 1 => vec![String::new()],
         count => (0..count).map(|index| format!("sim{index}")).collect(),

@@ -8,6 +8,7 @@ use candle_nn::{
 use task::{Action, Image};
 
 use crate::{
+    network::NO_FIRST_LAYER,
     observation::input_size,
     settings::{Architecture, NetworkSettings},
 };
@@ -31,6 +32,8 @@ pub(super) struct Model {
 enum Trunk {
     /// No layers: the observation is the input to the hidden layers.
     Flat,
+    /// A layer with ReLU that is applied to each stacked image and the action that led to it.
+    SharedEncoder(Linear),
     /// Two convolutions over the stacked images; the colour channels of all images are the input
     /// channels.
     Convolutional([Linear; 2]),
@@ -58,12 +61,21 @@ impl Model {
     ///
     /// # Errors
     ///
-    /// Returns an error if a recurrent network has no hidden layer, or if `builder` fails.
+    /// Returns an error if a network with a shared encoder or a recurrent network has no hidden
+    /// layer, or if `builder` fails.
     pub(super) fn new(settings: &NetworkSettings, builder: VarBuilder<'_>) -> Result<Model> {
         let frames = settings.observation_frames;
         let mut hidden_layers = settings.hidden_layers.as_slice();
         let (trunk, mut width) = match settings.architecture {
             Architecture::Mlp | Architecture::Dueling => (Trunk::Flat, input_size(frames)),
+            Architecture::SharedEncoder => {
+                let Some((outputs, rest)) = hidden_layers.split_first() else {
+                    return Err(Error::Msg(NO_FIRST_LAYER.to_owned()));
+                };
+                hidden_layers = rest;
+                let encoder = linear(input_size(frames) / frames, *outputs, builder.pp("encoder"))?;
+                (Trunk::SharedEncoder(encoder), frames * outputs)
+            }
             Architecture::Convolutional => {
                 let [first, second] = CHANNELS;
                 let area = KERNEL * KERNEL;
@@ -73,14 +85,12 @@ impl Model {
                 ];
                 let lost = layers.len() * (KERNEL - 1);
                 let pixels = (Image::HEIGHT - lost) * (Image::WIDTH - lost);
-                let actions = input_size(frames) - frames * Image::BYTES;
+                let actions = (frames - 1) * Action::COUNT;
                 (Trunk::Convolutional(layers), second * pixels + actions)
             }
             Architecture::Recurrent => {
                 let Some((state, rest)) = hidden_layers.split_first() else {
-                    let message = "hidden_layers: [] (expected: at least one layer, the first of \
-                                   which is the recurrent one)";
-                    return Err(Error::Msg(message.to_owned()));
+                    return Err(Error::Msg(NO_FIRST_LAYER.to_owned()));
                 };
                 hidden_layers = rest;
                 let inputs = Image::BYTES + Action::COUNT;
@@ -107,6 +117,11 @@ impl Model {
     pub(super) fn forward(&self, inputs: &Tensor) -> Result<Tensor> {
         let mut values = match &self.trunk {
             Trunk::Flat => inputs.clone(),
+            Trunk::SharedEncoder(encoder) => {
+                let (batch, count) = inputs.dims2()?;
+                let rows = inputs.reshape((batch * self.frames, count / self.frames))?;
+                encoder.forward(&rows)?.relu()?.reshape((batch, ()))?
+            }
             Trunk::Convolutional(layers) => self.convolve(inputs, layers)?,
             Trunk::Recurrent(unit) => self.recur(inputs, unit)?,
         };
@@ -127,10 +142,13 @@ impl Model {
     /// `[batch, frames - 1, 7]`, both ordered from newest to oldest.
     fn split(&self, inputs: &Tensor) -> Result<(Tensor, Tensor)> {
         let (batch, frames) = (inputs.dim(0)?, self.frames);
-        let bytes = frames * Image::BYTES;
-        let images = inputs.narrow(1, 0, bytes)?.reshape((batch, frames, Image::BYTES))?;
-        let actions = inputs.narrow(1, bytes, (frames - 1) * Action::COUNT)?;
-        Ok((images, actions.reshape((batch, frames - 1, Action::COUNT))?))
+        let rows = inputs.reshape((batch, frames, ()))?;
+        let images = rows.narrow(2, 0, Image::BYTES)?;
+        let actions = match frames {
+            1 => Tensor::zeros((batch, 0, Action::COUNT), inputs.dtype(), inputs.device())?,
+            _ => rows.narrow(1, 0, frames - 1)?.narrow(2, Image::BYTES, Action::COUNT)?,
+        };
+        Ok((images.contiguous()?, actions.contiguous()?))
     }
 
     /// Computes the inputs to the hidden layers: the outputs of the convolutions, then the actions.

@@ -6,6 +6,7 @@ use task::{Action, Image};
 use super::{column::images_name, file::File};
 use crate::{
     greedy::ActionSet,
+    priorities::Priorities,
     replay_memory::{Frame, ReplayMemory, Transition},
 };
 
@@ -90,4 +91,28 @@ pub(super) fn memory(
         return Err(format!("invalid oldest transition: {oldest} (with {length} transitions)"));
     }
     Ok(empty.restore(transitions, oldest, first_image, frames.into_iter()))
+}
+
+/// Reads the priorities of `count` transitions, in the order of their indices.
+///
+/// # Errors
+///
+/// Returns a description of the first inconsistency.
+pub(super) fn read_priorities(
+    file: &File,
+    count: usize,
+    priorities: &mut Priorities,
+) -> Result<(), String> {
+    let bits = file.column("memory.priority_bits")?;
+    if bits.len() != count {
+        return Err(format!("there are {} priorities (expected: {count})", bits.len()));
+    }
+    for (index, bits) in bits.into_iter().enumerate() {
+        let priority = f32::from_bits(bits);
+        if !priority.is_finite() || priority <= 0.0 {
+            return Err(format!("priority {index} is {priority} (expected: a positive number)"));
+        }
+        priorities.set(index, priority);
+    }
+    Ok(())
 }

@@ -45,7 +45,7 @@ use self::{
     column::{CHUNK, Column, checksum, images_name, records_name},
     file::{File, METADATA_KEY, read},
     load_error::mismatch,
-    memory::memory,
+    memory::{memory, read_priorities},
     state::{State, VERSION, difference, position, set_position},
 };
 pub use self::{
@@ -116,6 +116,10 @@ impl Training {
         column("action", &|t| u32::from(t.action.index()))?;
         column("reward_bits", &|t| t.reward.to_bits())?;
         column("terminated", &|t| u32::from(t.terminated))?;
+        if let Some(priorities) = &learner.priorities {
+            let bits = (0..memory.len()).map(|index| priorities.get(index).to_bits());
+            add("priority_bits", bits.collect())?;
+        }
         for (chunk, records) in self.progress.records.chunks().enumerate() {
             tensors.push((records_name(chunk), Column::records(records)));
         }
@@ -169,6 +173,9 @@ impl Training {
         learner.backend.set_updates(state.adam_step);
         learner.memory =
             memory(&file, &learner.memory, state.first_image, state.oldest).map_err(damaged)?;
+        if let Some(priorities) = &mut learner.priorities {
+            read_priorities(&file, learner.memory.len(), priorities).map_err(damaged)?;
+        }
         let images = learner.memory.needed_images();
         let current = state.progress.current.iter().flatten();
         if !current.filter_map(|episode| episode.image).all(|image| images.contains(&image)) {

@@ -12,7 +12,7 @@ use crate::{
 };
 
 /// The file format version; files with other versions are rejected.
-pub(super) const VERSION: u32 = 7;
+pub(super) const VERSION: u32 = 8;
 
 /// The plan, the settings, the progress and the positions in the random sequences.
 #[derive(Serialize, Deserialize)]

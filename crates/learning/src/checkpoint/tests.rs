@@ -34,7 +34,7 @@ fn with_state(bytes: &[u8], from: &str, to: &str) -> Vec<u8> {
     with_valid_checksum(&[&length, header.as_bytes(), tensors].concat())
 }
 
-/// Updates the checksum of a file.
+/// Returns a copy of a checkpoint's bytes with a valid checksum.
 fn with_valid_checksum(bytes: &[u8]) -> Vec<u8> {
     let file = File::parse(Path::new("test"), bytes).unwrap();
     let (written, state) = file.metadata[METADATA_KEY].split_once(' ').unwrap();

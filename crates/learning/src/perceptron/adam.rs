@@ -27,10 +27,12 @@ pub struct Adam {
     pub(super) first: Perceptron,
     /// The running mean of the squared gradients, in the shape of the network.
     pub(super) second: Perceptron,
-    /// The input to the biases: 1 for each sample.
+    /// Number of samples in a batch.
+    batch: usize,
+    /// The input to the biases: 1 for each part of each sample.
     ones: Vec<f32>,
     /// Gradients of the loss with respect to the outputs and the inputs of a layer,
-    /// `[batch, width]`.
+    /// `[batch * parts, width]`.
     gradients: [Floats; 2],
     /// The transposed weights of a layer, for the gradient with respect to its inputs.
     transposed: Floats,
@@ -39,7 +41,8 @@ pub struct Adam {
 impl Adam {
     /// Creates an optimizer for batches of `batch` samples.
     pub fn new(network: &Perceptron, batch: usize, settings: &OptimizerSettings) -> Adam {
-        let widest = network.layers.iter().map(Layer::width).max().unwrap_or(0);
+        let widths = network.layers.iter().map(|layer| layer.parts * layer.width());
+        let widest = widths.max().unwrap_or(0);
         let weights = |layer: &Layer| layer.outputs * layer.input_width();
         let most_weights = network.layers.iter().skip(1).map(weights).max().unwrap_or(0);
         Adam {
@@ -48,7 +51,8 @@ impl Adam {
             step: 0,
             first: network.zeros_like(),
             second: network.zeros_like(),
-            ones: vec![1.0; batch],
+            batch,
+            ones: vec![1.0; batch * network.parts()],
             gradients: [zeros(batch * widest), zeros(batch * widest)],
             transposed: zeros(most_weights),
         }
@@ -67,10 +71,10 @@ impl Adam {
         self.step += 1;
         let arch = network.arch;
         let rates = Rates::new(&self.settings, self.learning_rate, self.step);
-        let batch = self.ones.len();
         for index in (0..network.layers.len()).rev() {
             let layer = &mut network.layers[index];
             let (inputs, width) = (layer.inputs, layer.width());
+            let rows = self.batch * layer.parts;
             let [gradient, input_gradient] = &mut self.gradients;
             let (input, input_stride) = match index {
                 0 => (&activations.inputs, inputs),
@@ -81,7 +85,7 @@ impl Adam {
                 let product = Product {
                     left: gradient,
                     left_stride: width,
-                    rows: batch,
+                    rows,
                     right: &self.transposed,
                     terms: layer.outputs,
                     bias: None,
@@ -91,7 +95,7 @@ impl Adam {
                 };
                 compute(arch, product);
             }
-            let gradient = &gradient[..batch * width];
+            let gradient = &gradient[..rows * width];
             let (first, second) = (&mut self.first.layers[index], &mut self.second.layers[index]);
             let (weights, bias) = layer.parameters.split_at_mut(inputs * width);
             let (first, first_bias) = first.parameters.split_at_mut(inputs * width);
@@ -109,7 +113,7 @@ impl Adam {
             };
             compute(arch, of_weights);
             let of_biases = Descent {
-                input: &self.ones,
+                input: &self.ones[..rows],
                 input_stride: 1,
                 inputs: 1,
                 gradient,

@@ -1,4 +1,5 @@
-//! The backend for multilayer perceptrons, the architecture of both presets.
+//! The backend for multilayer perceptrons, with or without a shared first layer: the architectures of
+//! both presets.
 
 use candle_core::Result;
 

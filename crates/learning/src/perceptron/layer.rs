@@ -10,19 +10,46 @@ use super::tile::{Tiled, add_products, padded, take, vectors, vectors_mut};
 /// The weights and biases of a layer, or Adam's moments in the same shape.
 ///
 /// Row `i` holds the weights from input `i` to each output; the last row holds the biases. Rows are
-/// padded with zeros, which remain zero because their gradients are always zero.
+/// padded with zeros, which remain zero because their gradients are always zero. The same holds for
+/// the rows of inputs that are padding.
 #[derive(Clone, Debug)]
 pub(super) struct Layer {
+    /// Number of inputs, including padding between the parts of a shared first layer.
     pub(super) inputs: usize,
     pub(super) outputs: usize,
+    /// Number of parts of a sample to which the layer is applied ([`Shape::parts`]).
+    ///
+    /// [`Shape::parts`]: crate::network::Shape::parts
+    pub(super) parts: usize,
+    /// Number of consecutive inputs before padding.
+    group: usize,
     /// `[inputs + 1, width]`
     pub(super) parameters: Floats,
 }
 
 impl Layer {
-    /// Creates a layer of zeros.
-    pub(super) fn zeros(inputs: usize, outputs: usize) -> Layer {
-        Layer { inputs, outputs, parameters: zeros((inputs + 1) * padded(outputs)) }
+    /// Creates a layer of zeros that is applied to `parts` parts of a sample. If the previous layer
+    /// is applied to several parts, its outputs for each of them are padded: the inputs of this
+    /// layer are then `groups` groups of `group` numbers with padding after each group.
+    pub(super) fn zeros(groups: usize, group: usize, outputs: usize, parts: usize) -> Layer {
+        let inputs = if groups == 1 { group } else { groups * padded(group) };
+        Layer { inputs, outputs, parts, group, parameters: zeros((inputs + 1) * padded(outputs)) }
+    }
+
+    /// Returns a layer of the same shape, filled with zeros.
+    pub(super) fn zeros_like(&self) -> Layer {
+        Layer { parameters: zeros(self.parameters.len()), ..*self }
+    }
+
+    /// Returns the index of an input, given its index without padding.
+    fn input(&self, unpadded: usize) -> usize {
+        unpadded / self.group * padded(self.group) + unpadded % self.group
+    }
+
+    /// Returns the number of inputs without padding.
+    pub(super) fn unpadded_inputs(&self) -> usize {
+        let groups = if self.inputs == self.group { 1 } else { self.inputs / padded(self.group) };
+        groups * self.group
     }
 
     /// Returns the number of inputs, padded like the outputs of the previous layer.
@@ -41,6 +68,7 @@ impl Layer {
         let columns: Vec<Vec<f32>> = weight.to_vec2()?;
         for (output, column) in columns.iter().enumerate() {
             for (input, value) in column.iter().enumerate() {
+                let input = self.input(input);
                 self.parameters[input * width + output] = *value;
             }
         }
@@ -53,12 +81,13 @@ impl Layer {
     pub(super) fn tensors(&self) -> candle_core::Result<[Tensor; 2]> {
         let (width, device) = (self.width(), &Device::Cpu);
         let number = |input: usize, output: usize| self.parameters[input * width + output];
+        let inputs = self.unpadded_inputs();
         let weight: Vec<f32> = (0..self.outputs)
-            .flat_map(|output| (0..self.inputs).map(move |input| number(input, output)))
+            .flat_map(|output| (0..inputs).map(move |input| number(self.input(input), output)))
             .collect();
         let bias: Vec<f32> = (0..self.outputs).map(|output| number(self.inputs, output)).collect();
         Ok([
-            Tensor::from_vec(weight, (self.outputs, self.inputs), device)?,
+            Tensor::from_vec(weight, (self.outputs, inputs), device)?,
             Tensor::from_vec(bias, self.outputs, device)?,
         ])
     }

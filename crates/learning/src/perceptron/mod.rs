@@ -21,17 +21,28 @@ use self::{
     layer::{Finish, Layer, Product},
     tile::compute,
 };
-use super::{activations::Activations, backend::Network, network::QNetwork, weights::WeightsError};
+use super::{
+    activations::Activations,
+    backend::Network,
+    network::{QNetwork, Shape},
+    weights::WeightsError,
+};
 
 /// A multilayer perceptron with ReLU after each hidden layer and a linear output layer.
 ///
 /// # Examples
 ///
 /// ```
-/// use learning::{backend::Network, network::QNetwork, perceptron::Perceptron};
+/// use learning::{
+///     backend::Network,
+///     network::{QNetwork, Shape},
+///     perceptron::Perceptron,
+///     settings::Preset,
+/// };
 /// use task::Random;
 ///
-/// let network = QNetwork::new(420, &[64, 128, 64], &mut Random::from_key([0; 4]))?;
+/// let shape = Shape::of(&Preset::Paper.settings().network);
+/// let network = QNetwork::new(&shape, &mut Random::from_key([0; 4]))?;
 /// let perceptron = Perceptron::new(&network)?;
 /// let mut activations = perceptron.activations(2);
 /// activations.inputs_mut().for_each(|input| input.fill(0.5));
@@ -64,11 +75,13 @@ impl Perceptron {
     ///
     /// Returns an error if candle cannot convert the weights.
     pub fn new(network: &QNetwork) -> candle_core::Result<Perceptron> {
-        let layers = network.layers().map(|(weight, _)| {
+        let mut layers = Vec::new();
+        for (index, (weight, _)) in network.layers().enumerate() {
             let (outputs, inputs) = weight.dims2()?;
-            Ok(Layer::zeros(inputs, outputs))
-        });
-        let layers = layers.collect::<candle_core::Result<_>>()?;
+            let parts = if index == 0 { network.parts() } else { 1 };
+            let groups = if index == 1 { network.parts() } else { 1 };
+            layers.push(Layer::zeros(groups, inputs / groups, outputs, parts));
+        }
         let mut perceptron = Perceptron { layers, arch: Arch::new() };
         perceptron.copy_from(network)?;
         Ok(perceptron)
@@ -96,13 +109,17 @@ impl Perceptron {
     ///
     /// Returns an error if candle cannot create a tensor.
     pub fn network(&self) -> candle_core::Result<QNetwork> {
-        QNetwork::from_layers(self.layers.iter().map(Layer::tensors))
+        QNetwork::from_layers(self.parts(), self.layers.iter().map(Layer::tensors))
     }
 
     /// Returns a perceptron of the same shape, filled with zeros.
     pub fn zeros_like(&self) -> Perceptron {
-        let zeros = |layer: &Layer| Layer::zeros(layer.inputs, layer.outputs);
-        Perceptron { layers: self.layers.iter().map(zeros).collect(), arch: self.arch }
+        Perceptron { layers: self.layers.iter().map(Layer::zeros_like).collect(), arch: self.arch }
+    }
+
+    /// Returns the number of parts of a sample to which the first layer is applied.
+    fn parts(&self) -> usize {
+        self.layers.first().map_or(1, |layer| layer.parts)
     }
 
     /// Moves the weights towards those of another perceptron by the fraction `tau`, 0 to 1 (eq. 6).
@@ -117,12 +134,13 @@ impl Perceptron {
 
 impl Network for Perceptron {
     fn activations(&self, batch: usize) -> Activations {
-        let input_count = self.layers.first().map_or(0, |layer| layer.inputs);
-        Activations::new(batch, input_count, self.layers.iter().map(Layer::width), self.arch)
+        let input_count = self.layers.first().map_or(0, |layer| layer.parts * layer.inputs);
+        let widths = self.layers.iter().map(|layer| layer.parts * layer.width());
+        Activations::new(batch, input_count, widths, self.arch)
     }
 
     fn forward(&self, activations: &mut Activations) {
-        let rows = activations.batch();
+        let batch = activations.batch();
         let Activations { inputs, outputs, .. } = activations;
         for (index, layer) in self.layers.iter().enumerate() {
             let (before, after) = outputs.split_at_mut(index);
@@ -135,7 +153,7 @@ impl Network for Perceptron {
             let product = Product {
                 left,
                 left_stride,
-                rows,
+                rows: batch * layer.parts,
                 right: weights,
                 terms: layer.inputs,
                 bias: Some(bias),
@@ -157,10 +175,13 @@ impl Network for Perceptron {
         prefix: &str,
         tensors: &HashMap<String, Tensor>,
     ) -> Result<(), WeightsError> {
-        let inputs = self.layers.first().map_or(0, |layer| layer.inputs);
         let (_, hidden) = self.layers.split_last().expect("a network has an output layer");
-        let hidden: Vec<usize> = hidden.iter().map(|layer| layer.outputs).collect();
-        Ok(self.copy_from(&QNetwork::from_tensors(prefix, inputs, &hidden, tensors)?)?)
+        let shape = Shape {
+            inputs: self.layers[0].inputs * self.parts(),
+            parts: self.parts(),
+            hidden_layers: hidden.iter().map(|layer| layer.outputs).collect(),
+        };
+        Ok(self.copy_from(&QNetwork::from_tensors(prefix, &shape, tensors)?)?)
     }
 
     fn set_arch(&mut self, arch: Arch) {

@@ -5,50 +5,53 @@ use task::{Action, Image, Random, Step};
 use super::*;
 use crate::{
     dyna_q::DynaQ,
-    network::QNetwork,
+    network::{QNetwork, Shape},
     observation::{Augmentation, Moment, input_size},
     replay_memory::Transition,
-    settings::{Preset, Settings, TargetUpdate},
+    settings::{Architecture, Preset, Settings, TargetUpdate},
 };
 
-/// Returns the hidden layers of the presets, and others with sizes that do not divide into whole
-/// tiles.
-fn shapes() -> Vec<Vec<usize>> {
-    let presets = Preset::ALL.iter().map(|preset| preset.settings().network.hidden_layers);
-    presets.chain([vec![], vec![1], vec![33], vec![7, 100, 18, 48]]).collect()
+/// Returns the shapes of the presets, and others with sizes that do not divide into whole tiles.
+fn shapes() -> Vec<Shape> {
+    let presets = Preset::ALL.iter().map(|preset| Shape::of(&preset.settings().network));
+    let plain = [vec![], vec![1], vec![33], vec![7, 100, 18, 48]].map(|layers| shape(&layers));
+    let shared = [vec![5], vec![33, 20]].map(|layers| Shape { parts: 3, ..shape(&layers) });
+    presets.chain(plain).chain(shared).collect()
 }
 
-fn network(hidden: &[usize], seed: u8) -> QNetwork {
-    network_of(Image::BYTES, hidden, seed)
+/// Returns the shape of a multilayer perceptron for one image.
+fn shape(hidden_layers: &[usize]) -> Shape {
+    Shape { inputs: Image::BYTES, parts: 1, hidden_layers: hidden_layers.to_vec() }
 }
 
-fn network_of(inputs: usize, hidden: &[usize], seed: u8) -> QNetwork {
+fn network(shape: &Shape, seed: u8) -> QNetwork {
     let mut random = Random::from_key([seed.into(); 4]);
-    QNetwork::new(inputs, hidden, &mut random).unwrap().randomized(seed)
+    QNetwork::new(shape, &mut random).unwrap().randomized(seed)
 }
 
-fn random_inputs(batch: usize, seed: u8) -> Vec<f32> {
+fn random_inputs(count: usize, seed: u8) -> Vec<f32> {
     let mut random = Random::from_key([seed.into(); 4]);
-    (0..batch * Image::BYTES).map(|_| f32::from(random.word() as u8) / 255.0).collect()
+    (0..count).map(|_| f32::from(random.word() as u8) / 255.0).collect()
 }
 
 fn set_inputs(activations: &mut Activations, inputs: &[f32]) {
-    for (to, from) in activations.inputs_mut().zip(inputs.chunks_exact(Image::BYTES)) {
+    let size = inputs.len() / activations.batch();
+    for (to, from) in activations.inputs_mut().zip(inputs.chunks_exact(size)) {
         to.copy_from_slice(from);
     }
 }
 
 #[test]
 fn the_forward_pass_matches_candle() {
-    for hidden in shapes() {
+    for shape in shapes() {
         for batch in [1, 4, 50, 53] {
-            let network = network(&hidden, 1);
+            let network = network(&shape, 1);
             let perceptron = Perceptron::new(&network).unwrap();
-            let inputs = random_inputs(batch, 2);
+            let inputs = random_inputs(batch * shape.inputs, 2);
             let mut activations = perceptron.activations(batch);
             set_inputs(&mut activations, &inputs);
             perceptron.forward(&mut activations);
-            let tensor = Tensor::from_vec(inputs, (batch, Image::BYTES), &Device::Cpu).unwrap();
+            let tensor = Tensor::from_vec(inputs, (batch, shape.inputs), &Device::Cpu).unwrap();
             let expected: Vec<Vec<f32>> = network.forward(&tensor).unwrap().to_vec2().unwrap();
             assert_eq!(activations.outputs().count(), batch);
             for (values, expected) in activations.outputs().zip(expected) {
@@ -56,7 +59,7 @@ fn the_forward_pass_matches_candle() {
                     let scale = expected.abs().max(1.0);
                     assert!(
                         (value - expected).abs() < 1e-5 * scale,
-                        "{hidden:?}: {value}, not {expected}"
+                        "{shape:?}: {value}, not {expected}"
                     );
                 }
             }
@@ -66,8 +69,8 @@ fn the_forward_pass_matches_candle() {
 
 #[test]
 fn weights_survive_the_conversion() {
-    for hidden in shapes() {
-        let network = network(&hidden, 3);
+    for shape in shapes() {
+        let network = network(&shape, 3);
         let converted = Perceptron::new(&network).unwrap().network().unwrap();
         for ((name, before), (_, after)) in network.tensors().zip(converted.tensors()) {
             let numbers = |tensor: &Tensor| tensor.flatten_all().unwrap().to_vec1::<f32>().unwrap();
@@ -85,20 +88,24 @@ fn weights_survive_the_conversion() {
 fn the_update_matches_candle() {
     let double_q = Preset::Robust.settings().with(|s| s.target.double_q = true);
     let presets = Preset::ALL.map(Preset::settings).into_iter().chain([double_q]);
-    let odd = shapes().into_iter().map(|hidden_layers| {
-        Preset::Paper.settings().with(|s| s.network.hidden_layers = hidden_layers)
+    let odd = shapes().into_iter().filter(|shape| shape.inputs == Image::BYTES).map(|shape| {
+        Preset::Paper.settings().with(|s| s.network.hidden_layers = shape.hidden_layers)
     });
-    for settings in presets.chain(odd) {
+    let shared = Preset::Paper.settings().with(|s| {
+        s.network.architecture = Architecture::SharedEncoder;
+        s.network.observation_frames = 3;
+        s.network.hidden_layers = vec![18, 20];
+    });
+    for settings in presets.chain(odd).chain([shared]) {
         // Eq. 6 has a separate test; here, it would move the target network between the two
         // updates.
         let settings = settings.with(|s| {
             s.replay.capacity = 300;
             s.target.update_at = TargetUpdate::Episode;
         });
-        let hidden = &settings.network.hidden_layers;
+        let shape = Shape::of(&settings.network);
         let mut learner = DynaQ::new(settings.clone(), 4, 1).unwrap();
-        let inputs = input_size(settings.network.observation_frames);
-        let (train, target) = (network_of(inputs, hidden, 5), network_of(inputs, hidden, 6));
+        let (train, target) = (network(&shape, 5), network(&shape, 6));
         set_networks(&mut learner, [&train, &target]);
         store_random_transitions(&mut learner, 300);
         let mut reference = Reference::new(&train, target, &settings);
@@ -107,25 +114,25 @@ fn the_update_matches_candle() {
             assert!(learner.sample(0));
             let (expected, relus) = reference.update(&learner);
             let loss = learner.update();
-            let differs = relus != relus_of(&learner, hidden);
+            let differs = relus != relus_of(&learner, &shape);
             differing += usize::from(differs);
             tolerance = if differs { 1e-6 } else { tolerance * settings.optimizer.beta1 };
             let error = (loss / expected - 1.0).abs();
-            assert!(error < 1e-5, "{hidden:?}, update {update}: {loss}, candle {expected}");
+            assert!(error < 1e-5, "{shape:?}, update {update}: {loss}, candle {expected}");
             let weights = learner.network().tensors().unwrap();
             for ((name, weight), expected) in weights.iter().zip(&reference.variables) {
                 let difference = (weight - expected.as_tensor()).unwrap().abs().unwrap();
                 let mean: f32 = difference.mean_all().unwrap().to_scalar().unwrap();
-                // An update moves a weight by up to 1e-4.
+                // The tolerance is far below the size of an update, about the learning rate.
                 let most = 1e-8 + tolerance;
                 assert!(
                     f64::from(mean) < most,
-                    "{hidden:?}, update {update}: {name} is off by {mean}"
+                    "{shape:?}, update {update}: {name} is off by {mean}"
                 );
                 expected.set(weight).unwrap();
             }
         }
-        assert!(differing <= 30, "{hidden:?}: the ReLUs differ in {differing} of 300 updates");
+        assert!(differing <= 30, "{shape:?}: the ReLUs differ in {differing} of 300 updates");
     }
 }
 
@@ -137,7 +144,7 @@ fn the_update_is_identical_with_all_vector_instructions() {
             s.replay.capacity = 100;
         });
         let mut learner = DynaQ::new(settings, 4, 1).unwrap();
-        let network = network(&[30, 65], 5);
+        let network = network(&shape(&[30, 65]), 5);
         set_networks(&mut learner, [&network, &network]);
         learner.set_arch(arch);
         store_random_transitions(&mut learner, 100);
@@ -162,12 +169,12 @@ fn the_update_is_identical_with_all_vector_instructions() {
 
 #[test]
 fn a_nan_weight_gives_nan_values() {
-    let network = network(&[64, 128, 64], 1);
+    let network = network(&shape(&[64, 128, 64]), 1);
     for layer in 0..4 {
         let mut perceptron = Perceptron::new(&network).unwrap();
         perceptron.layers[layer].parameters[0] = f32::NAN;
         let mut activations = perceptron.activations(1);
-        set_inputs(&mut activations, &random_inputs(1, 2));
+        set_inputs(&mut activations, &random_inputs(Image::BYTES, 2));
         perceptron.forward(&mut activations);
         assert!(activations.outputs().next().unwrap()[..7].iter().any(|value| value.is_nan()));
     }
@@ -175,8 +182,8 @@ fn a_nan_weight_gives_nan_values() {
 
 #[test]
 fn the_target_network_moves_by_tau() {
-    let train = Perceptron::new(&network(&[20], 1)).unwrap();
-    let before = Perceptron::new(&network(&[20], 2)).unwrap();
+    let train = Perceptron::new(&network(&shape(&[20]), 1)).unwrap();
+    let before = Perceptron::new(&network(&shape(&[20]), 2)).unwrap();
     let mut target = before.clone();
     target.move_towards(&train, 0.1);
     for (layer, (before, train)) in
@@ -239,7 +246,7 @@ impl Reference {
             variables.iter().map(|variable| variable.as_tensor().clone()).collect();
         let layers = tensors.chunks_exact(2).map(|pair| Ok([pair[0].clone(), pair[1].clone()]));
         Reference {
-            train: QNetwork::from_layers(layers).unwrap(),
+            train: QNetwork::from_layers(train.parts(), layers).unwrap(),
             adam: AdamW::new(variables.clone(), parameters).unwrap(),
             variables,
             target,
@@ -291,6 +298,12 @@ impl Reference {
             })
             .collect();
         let exclusions = Tensor::from_vec(exclusions, (rows, Action::COUNT), device).unwrap();
+        let mut weights = vec![1.0; rows];
+        if let Some(priorities) = &learner.priorities {
+            let beta = self.settings.replay.importance_exponent;
+            priorities.importance_weights(&learner.batch, beta, &mut weights);
+        }
+        let weights = Tensor::new(weights, device).unwrap();
         let loss = || {
             let next_values = self.target.forward(&next_states)?;
             let selector = if self.settings.target.double_q { &self.train } else { &self.target };
@@ -298,7 +311,8 @@ impl Reference {
             let best_next = next_values.gather(&best, 1)?.squeeze(1)?.detach();
             let targets = (&rewards + (&discounts * best_next)?)?;
             let values = self.train.forward(&states)?.gather(&actions, 1)?.squeeze(1)?;
-            (targets - values)?.sqr()?.mean_all()
+            let squares = (targets - values)?.sqr()?;
+            (squares * &weights)?.mean_all()
         };
         let relus = active_relus(&self.train, &states);
         let loss = loss().unwrap();
@@ -310,23 +324,28 @@ impl Reference {
 /// Returns whether each hidden output is positive, ordered by layer, then by sample.
 fn active_relus(network: &QNetwork, inputs: &Tensor) -> Vec<bool> {
     let mut active = Vec::new();
-    let mut values = inputs.clone();
+    let (batch, count) = inputs.dims2().unwrap();
+    let parts = network.parts();
+    let mut values = inputs.reshape((batch * parts, count / parts)).unwrap();
     let layers: Vec<_> = network.layers().collect();
     for (weight, bias) in &layers[..layers.len() - 1] {
         let products = values.matmul(&weight.t().unwrap()).unwrap();
         values = products.broadcast_add(bias).unwrap().relu().unwrap();
         let numbers: Vec<f32> = values.flatten_all().unwrap().to_vec1().unwrap();
         active.extend(numbers.into_iter().map(|number| number > 0.0));
+        values = values.reshape((batch, ())).unwrap();
     }
     active
 }
 
 /// Returns whether each ReLU was active in the learner's latest update, in the same order as
 /// [`active_relus`].
-fn relus_of(learner: &DynaQ, hidden_layers: &[usize]) -> Vec<bool> {
+fn relus_of(learner: &DynaQ, shape: &Shape) -> Vec<bool> {
     let activations = &learner.batch_activations;
-    let rows = hidden_layers.iter().zip(&activations.outputs).flat_map(|(neurons, outputs)| {
-        let width = outputs.len() / activations.batch();
+    let layers = shape.hidden_layers.iter().zip(&activations.outputs).enumerate();
+    let rows = layers.flat_map(|(layer, (neurons, outputs))| {
+        let parts = if layer == 0 { shape.parts } else { 1 };
+        let width = outputs.len() / activations.batch() / parts;
         outputs.chunks_exact(width).flat_map(|row| &row[..*neurons])
     });
     rows.map(|output| *output > 0.0).collect()
@@ -344,21 +363,22 @@ fn set_networks(learner: &mut DynaQ, networks: [&QNetwork; 2]) {
 fn observation(past: &[Moment], frames: usize, augmentation: Augmentation) -> Vec<f32> {
     let count = past.len().min(frames).min(augmentation.frames);
     let mut input = vec![0.0; input_size(frames)];
+    let row_size = input.len() / frames;
     for (frame, moment) in past[..count].iter().enumerate() {
         for row in 0..Image::HEIGHT {
             for column in 0..Image::WIDTH {
                 let from = if augmentation.mirrored { Image::WIDTH - 1 - column } else { column };
                 for channel in 0..3 {
                     let byte = moment.image[(row * Image::WIDTH + from) * 3 + channel];
-                    let index = ((frame * Image::HEIGHT + row) * Image::WIDTH + column) * 3;
-                    input[index + channel] = f32::from(byte) / 255.0;
+                    let index = (row * Image::WIDTH + column) * 3 + channel;
+                    input[frame * row_size + index] = f32::from(byte) / 255.0;
                 }
             }
         }
         if frame + 1 < count {
             let action = usize::from(moment.action.unwrap().index());
             let action = if augmentation.mirrored { Action::COUNT - 1 - action } else { action };
-            input[frames * Image::BYTES + frame * Action::COUNT + action] = 1.0;
+            input[frame * row_size + Image::BYTES + action] = 1.0;
         }
     }
     input

@@ -105,7 +105,8 @@ fn run<S: Simd, T: Tiled, const R: usize, const C: usize>(
     simd.vectorize(Tile::<S, T, R, C> { simd, matrix, row, column });
 }
 
-/// Adds `left[r] * right[c]` to `sums[r][c]`, for one term after another.
+/// Adds `left[r] * right[c]` to `sums[r][c]` for each pair of items of `left` and `right`, in order.
+/// Returns the sums.
 #[inline(always)]
 pub(super) fn add_products<S: Simd, const R: usize, const C: usize>(
     simd: S,

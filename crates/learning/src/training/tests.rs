@@ -170,7 +170,9 @@ fn sequential(plan: &Plan, settings: &Settings) -> (u64, Vec<u8>) {
         for (current, result) in current.iter_mut().zip(&results) {
             if let (Some((_, number)), Some((action, step))) = (current, result) {
                 steps += 1;
-                updates += settings.replay.planning_steps;
+                if steps % settings.replay.update_interval as u64 == 0 {
+                    updates += settings.replay.planning_steps;
+                }
                 *number = learner.store(*number, *action, step);
             }
         }
@@ -199,6 +201,11 @@ fn overlapping_updates_and_steps_give_the_same_result_as_the_sequential_loop() {
             assert!(model_bytes(training.learner.network()).unwrap() == model, "{settings:?}");
             let mut episodes: Vec<u32> =
                 training.progress.records.iter().map(|record| record.episode).collect();
+            // Losses count for the episodes of all environments.
+            if settings.replay.planning_steps > 0 {
+                let latest = training.progress.records.recent(12);
+                assert!(latest.filter(|record| record.loss.is_some()).count() > 6, "{settings:?}");
+            }
             episodes.sort_unstable();
             assert!(episodes.into_iter().eq(0..25), "an episode did not run exactly once");
         }

@@ -1,11 +1,13 @@
-//! The ablation study of the preset `robust`: trains and evaluates the preset and its variants in
-//! every scenario, all in this process. `launch_scripts/ablation.sh` runs this program.
+//! The ablation study of the preset `robust`: trains one policy for all scenarios with the preset
+//! and with each variant, and evaluates it in every scenario, all in this process.
+//! `launch_scripts/ablation.sh` runs this program.
 
 mod results;
 mod table;
 mod variants;
 
 use std::{
+    collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
     sync::{
@@ -22,11 +24,14 @@ use learning::{
     run::RunDirectory,
     training::{Plan, Training},
 };
-use sim_node::world::WorldSettings;
-use task::{Evaluation, Scenario};
+use sim_node::{
+    reality::{Randomization, Reality},
+    world::WorldSettings,
+};
+use task::{Scenario, seeds::MIXED};
 
 use self::{
-    results::{Results, TrainingResult},
+    results::{LEVELS, Results, TrainingResult},
     variants::{Variant, variants},
 };
 
@@ -36,7 +41,7 @@ const EVALUATION_EPISODES: u32 = 2000;
 const EVALUATION_SEED: u64 = 1;
 const EVALUATION_STEPS: u32 = 200;
 
-/// Trains and evaluates variants of the preset robust in every scenario and writes the results.
+/// Trains and evaluates variants of the preset robust and writes the results.
 #[derive(Parser)]
 struct CommandLine {
     /// Seed of the training runs
@@ -57,36 +62,23 @@ fn main() -> anyhow::Result<()> {
     let command_line = CommandLine::parse();
     let variants = variants();
     let results = Mutex::new(read(&command_line.out)?);
-    let jobs: Vec<(&Variant, Scenario)> = variants
-        .iter()
-        .flat_map(|variant| Scenario::ALL.map(|scenario| (variant, scenario)))
-        .collect();
     let next = AtomicUsize::new(0);
     let seed = command_line.seed;
     let work = || -> anyhow::Result<()> {
-        while let Some((variant, scenario)) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
-            let name = scenario.name();
+        while let Some(variant) = variants.get(next.fetch_add(1, Ordering::Relaxed)) {
             let is_known = |results: &Results| {
-                let result = results.get(variant.key).and_then(|variant| variant.get(name));
-                result.is_some_and(|result| result.matches(variant, seed))
+                results.get(variant.name).is_some_and(|result| result.matches(variant, seed))
             };
             if is_known(&lock(&results)) {
                 continue;
             }
-            let evaluation = train_and_evaluate(variant, name, seed).inspect_err(|_| {
+            let result = train_and_evaluate(variant, seed).inspect_err(|_| {
                 // Keeps the other threads from starting another training run.
-                next.store(jobs.len(), Ordering::Relaxed);
+                next.store(variants.len(), Ordering::Relaxed);
             })?;
-            eprintln!(
-                "{}, {name}: success rate {:.2} %, {:.2} blocked moves per 100 steps",
-                variant.label,
-                100.0 * evaluation.success_rate,
-                evaluation.blocked_per_100_steps
-            );
-            let (episodes, settings) = (variant.episodes, variant.settings.clone());
-            let result = TrainingResult { seed, episodes, settings, evaluation };
+            eprintln!("{}: {} training steps", variant.name, result.steps);
             let mut results = lock(&results);
-            results.entry(variant.key.to_owned()).or_default().insert(name.to_owned(), result);
+            results.insert(variant.name.to_owned(), result);
             write(&command_line.out, &results)?;
         }
         Ok(())
@@ -121,17 +113,37 @@ fn write(path: &Path, results: &Results) -> anyhow::Result<()> {
     Ok(directory.write_json(name, results)?)
 }
 
-fn train_and_evaluate(variant: &Variant, scenario: &str, seed: u64) -> anyhow::Result<Evaluation> {
-    let plan = Plan { scenario: scenario.to_owned(), episodes: variant.episodes, seed, rooms: 1 };
-    let mut room = Room::new(WorldSettings::default());
+fn train_and_evaluate(variant: &Variant, seed: u64) -> anyhow::Result<TrainingResult> {
+    let plan = Plan { scenario: MIXED.to_owned(), episodes: variant.episodes, seed, rooms: 1 };
+    let mut room = room(variant.randomization);
     let mut training = Training::new(plan, variant.settings.clone())?;
     training.run(std::slice::from_mut(&mut room), &mut NullListener)?;
-    let plan = EvaluationPlan {
-        scenario: scenario.to_owned(),
-        episodes: EVALUATION_EPISODES,
-        seed: EVALUATION_SEED,
-        max_steps: EVALUATION_STEPS,
-    };
-    let episodes = evaluate(&plan, &mut training.policy(), &mut room, &mut NullListener)?;
-    Ok(plan.evaluation(&episodes, None))
+    let mut policy = training.policy();
+    let mut evaluations = BTreeMap::new();
+    for level in LEVELS {
+        let mut of_level = Vec::new();
+        for scenario in Scenario::ALL.map(Scenario::name) {
+            let plan = EvaluationPlan {
+                scenario: scenario.to_owned(),
+                episodes: EVALUATION_EPISODES,
+                seed: EVALUATION_SEED,
+                max_steps: EVALUATION_STEPS,
+            };
+            let episodes = evaluate(&plan, &mut policy, &mut self::room(level), &mut NullListener)?;
+            of_level.push(plan.evaluation(&episodes, None));
+        }
+        evaluations.insert(level.name().to_owned(), of_level);
+    }
+    Ok(TrainingResult {
+        seed,
+        episodes: variant.episodes,
+        randomization: variant.randomization.name().to_owned(),
+        settings: variant.settings.clone(),
+        steps: training.progress.total_steps,
+        evaluations,
+    })
+}
+
+fn room(level: Randomization) -> Room {
+    Room::new(WorldSettings { reality: Reality::of(level), ..WorldSettings::default() })
 }

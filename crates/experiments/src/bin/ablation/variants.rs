@@ -1,73 +1,65 @@
 //! The variants of the preset `robust` that the study compares.
 
-use learning::settings::{Preset, Settings, TargetUpdate};
+use experiments::reproduction::training_randomization;
+use learning::settings::{Architecture, Preset, Settings, TargetUpdate};
+use sim_node::reality::Randomization;
 
 /// A training configuration of the study.
 pub struct Variant {
-    /// Identifies the variant in `ablation.json`. It must not change, because results are looked up
-    /// by this key.
-    pub key: &'static str,
-    /// The row label in the tables.
-    pub label: &'static str,
+    /// Identifies the variant in the tables and in `ablation.json`.
+    pub name: &'static str,
     /// Number of training episodes.
     pub episodes: u32,
+    /// The randomization of the training.
+    pub randomization: Randomization,
     /// The hyperparameters.
     pub settings: Settings,
 }
 
-/// Returns all variants. The first is the full preset; all others train for a third of its
-/// episodes. The second differs from the first only in the number of episodes and is the reference
-/// for the variants after it.
+/// Returns all variants. The first is the full preset; the others each change one thing.
 pub fn variants() -> Vec<Variant> {
-    let robust = Preset::Robust.settings();
-    let paper = Preset::Paper.settings();
-    let episodes = Preset::Robust.episodes();
-    let short = |key, label, settings| Variant { key, label, episodes: episodes / 3, settings };
+    let robust = || Variant {
+        name: "`robust`",
+        episodes: Preset::Robust.episodes(),
+        randomization: training_randomization(Preset::Robust),
+        settings: Preset::Robust.settings(),
+    };
+    let with = |name, change: fn(&mut Settings)| Variant {
+        name,
+        settings: robust().settings.with(change),
+        ..robust()
+    };
+    let randomized = |name, randomization| Variant { name, randomization, ..robust() };
     vec![
-        Variant { key: "robust", label: "`robust`", episodes, settings: robust.clone() },
-        short("a third of the episodes", "a third of the episodes", robust.clone()),
-        short(
-            "one image",
-            "no frame stacking",
-            robust.clone().with(|s| s.network.observation_frames = 1),
-        ),
-        short(
-            "may repeat itself",
-            "no repetition mask",
-            robust.clone().with(|s| s.exploration.avoid_repetition = false),
-        ),
-        short(
-            "blocked moves cost nothing more",
-            "no extra cost for blocked moves",
-            robust.clone().with(|s| s.replay.blocked_reward = 0.0),
-        ),
-        short(
-            "no mirror",
-            "no mirror augmentation",
-            robust.clone().with(|s| s.replay.mirror = false),
-        ),
-        short(
-            "always all images",
-            "no history dropout",
-            robust.clone().with(|s| s.replay.history_dropout = 0.0),
-        ),
-        short(
-            "no weight decay",
-            "no weight decay",
-            robust.clone().with(|s| s.optimizer.weight_decay = 0.0),
-        ),
-        short(
-            "the paper's target network",
-            "target network of `paper`",
-            robust.clone().with(|s| {
-                s.target.rate = paper.target.rate;
-                s.target.update_at = TargetUpdate::Episode;
-            }),
-        ),
-        short(
-            "with double Q-learning",
-            "with double Q-learning",
-            robust.with(|s| s.target.double_q = true),
-        ),
+        robust(),
+        randomized("no domain randomization", Randomization::None),
+        randomized("randomization `mild`", Randomization::Mild),
+        with("no prioritized replay", |s| s.replay.priority_exponent = 0.0),
+        with("no shared encoder", |s| s.network.architecture = Architecture::Mlp),
+        Variant {
+            episodes: Preset::Robust.episodes() / 3,
+            ..with("a third of the episodes, an update every step", |s| {
+                s.replay.update_interval = 1;
+            })
+        },
+        with("two updates every three steps", |s| s.replay.planning_steps = 2),
+        with("no frame stacking", |s| s.network.observation_frames = 1),
+        with("six stacked frames", |s| s.network.observation_frames = 6),
+        with("hidden layers 128, 256, 128", |s| s.network.hidden_layers = vec![128, 256, 128]),
+        with("no repetition avoidance", |s| s.exploration.avoid_repetition = false),
+        with("no penalty for blocked moves", |s| s.replay.blocked_reward = 0.0),
+        with("no mirror augmentation", |s| s.replay.mirror = false),
+        with("no history dropout", |s| s.replay.history_dropout = 0.0),
+        with("no weight decay", |s| s.optimizer.weight_decay = 0.0),
+        with("constant learning rate", |s| s.optimizer.final_learning_rate_ratio = 1.0),
+        with("learning rate of `paper`", |s| {
+            s.optimizer.learning_rate = Preset::Paper.settings().optimizer.learning_rate;
+        }),
+        with("target network of `paper`", |s| {
+            s.target.rate = Preset::Paper.settings().target.rate;
+            s.target.update_at = TargetUpdate::Episode;
+        }),
+        with("double Q-learning", |s| s.target.double_q = true),
+        with("batches of 128", |s| s.replay.batch_size = 128),
     ]
 }

@@ -6,7 +6,7 @@ use candle_core::{Device, Tensor};
 use experiments::Room;
 use learning::{
     dyna_q::DynaQ,
-    observation::input_size,
+    network::Shape,
     settings::{Preset, Settings},
 };
 use sim_node::world::WorldSettings;
@@ -72,12 +72,15 @@ fn measure_preset(preset: Preset) -> anyhow::Result<LearnerFigures> {
 /// networks (with double Q-learning, a second pass through the training network) and a backward
 /// pass that computes the gradients of the weights and of all layer inputs except the observation.
 fn update_flop(settings: &Settings) -> f64 {
-    let sizes: Vec<usize> = [input_size(settings.network.observation_frames)]
-        .into_iter()
-        .chain(settings.network.hidden_layers.iter().copied())
-        .chain([Action::COUNT])
-        .collect();
-    let products: Vec<usize> = sizes.windows(2).map(|pair| pair[0] * pair[1]).collect();
+    let shape = Shape::of(&settings.network);
+    // A shared first layer is applied to each part: it has as many products as it has inputs in all
+    // parts together, times its outputs.
+    let mut inputs = shape.inputs;
+    let mut products = Vec::new();
+    for (layer, outputs) in shape.hidden_layers.iter().chain([&Action::COUNT]).enumerate() {
+        products.push(inputs * outputs);
+        inputs = outputs * if layer == 0 { shape.parts } else { 1 };
+    }
     let all: usize = products.iter().sum();
     let passes = if settings.target.double_q { 5 } else { 4 };
     2.0 * settings.replay.batch_size as f64 * (passes * all - products[0]) as f64

@@ -10,7 +10,7 @@ use std::{
 use anyhow::{Context, ensure};
 use experiments::{Nodes, repository};
 use learning::{
-    observation::input_size,
+    network::Shape,
     settings::{Preset, Settings},
 };
 use serde_json::Value;
@@ -83,8 +83,9 @@ impl PeerFigures {
 
 /// Returns the options of `torch_update.py` for the network and batch size in `settings`.
 fn torch_options(settings: &Settings) -> Vec<String> {
-    let hidden = settings.network.hidden_layers.iter().map(usize::to_string);
-    ["--inputs".to_owned(), input_size(settings.network.observation_frames).to_string()]
+    let Shape { inputs, parts, hidden_layers } = Shape::of(&settings.network);
+    let hidden = hidden_layers.iter().map(usize::to_string);
+    ["--inputs".to_owned(), inputs.to_string(), "--parts".to_owned(), parts.to_string()]
         .into_iter()
         .chain(["--batch".to_owned(), settings.replay.batch_size.to_string()])
         .chain(settings.target.double_q.then(|| "--double".to_owned()))

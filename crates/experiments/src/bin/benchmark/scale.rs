@@ -51,6 +51,7 @@ fn measure_with(rooms: usize) -> anyhow::Result<ScaleFigures> {
         format!("simulators:={rooms}"),
         format!("episodes:={EPISODES}"),
         "preset:=paper".to_owned(),
+        "scenario:=empty".to_owned(),
         "evaluation_episodes:=0".to_owned(),
     ];
     let parameters: Vec<&str> = parameters.iter().map(String::as_str).collect();

@@ -66,6 +66,7 @@ fn measure_over_dds(training: &Training) -> anyhow::Result<TrainingFigures> {
         format!("out:='{}'", out.display()),
         format!("episodes:={EPISODES}"),
         "preset:=paper".to_owned(),
+        "scenario:=empty".to_owned(),
         "evaluation_episodes:=0".to_owned(),
     ];
     let parameters: Vec<&str> = parameters.iter().map(String::as_str).collect();

@@ -3,8 +3,8 @@
 //! this program.
 //!
 //! The robot knows the rules of the scenario and its own pose, but not where the exit and the
-//! cylinders are. At each step, rooms that agree with all images so far are drawn, and a search
-//! looks for the action with the fewest expected steps.
+//! cylinders are. At each step, rooms that are consistent with all images so far are sampled; a search
+//! over them selects the action with the lowest expected number of steps.
 //!
 //! - The lower bound is the expected number of steps if the robot is told the room after a few
 //!   steps: no policy that sees only the camera has fewer on average, up to sampling errors.

@@ -1,85 +1,186 @@
-//! The training runs and evaluations of the reproduction.
+//! The training runs of the reproduction, each followed by the evaluations of its policy.
 
-use std::path::{Path, PathBuf};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
-use learning::settings::Preset;
-use task::{Scenario, seeds::MIXED};
+use experiments::{
+    NullListener, Room,
+    reproduction::{LEVELS, evaluation_directory, training_randomization},
+};
+use learning::{
+    checkpoint::model_bytes,
+    evaluation::{EvaluationPlan, evaluate},
+    policy::Policy,
+    run::{RunDirectory, Summary},
+    settings::{Preset, Settings},
+    training::{Plan, Training},
+};
+use serde::{Deserialize, Serialize};
+use sim_node::{
+    reality::{Randomization, Reality},
+    world::{World, WorldSettings, shortest_path_length},
+};
+use task::{
+    Scenario,
+    seeds::{MIXED, Purpose, episode_seed},
+};
 
-/// Number of episodes in each evaluation.
-const EVALUATION_EPISODES: &str = "2000";
+/// The evaluations have the default seed and step limit of `evaluate.sh`.
+const EVALUATION_EPISODES: u32 = 2000;
+const EVALUATION_SEED: u64 = 1;
+const EVALUATION_STEPS: u32 = 200;
 
-/// A training run with its evaluation, or a separate evaluation of a trained model.
+/// The file with the settings of a completed job.
+const SETTINGS: &str = "settings.json";
+
+/// What the results of a job depend on, besides its name.
+#[derive(PartialEq, Serialize, Deserialize)]
+struct JobSettings {
+    episodes: u32,
+    /// The randomization of the training.
+    randomization: String,
+    settings: Settings,
+}
+
+/// A training run and the evaluations of its policy.
 pub struct Job {
-    /// Expected duration relative to the other jobs, used to estimate the remaining time.
-    pub weight: u32,
-    /// The file whose existence marks the job as done.
-    file: PathBuf,
-    arguments: Vec<String>,
+    scenario: &'static str,
+    preset: Preset,
+    seed: u64,
+    directory: PathBuf,
 }
 
 impl Job {
-    fn training(out: &Path, scenario: &str, preset: Preset, seed: u32) -> Job {
-        let directory = out.join(format!("{scenario}-{preset}-seed{seed}"));
-        let weight = match preset {
-            Preset::Paper => 3,
-            Preset::Robust => 10,
-        };
-        let arguments = [
-            ["train", "--scenario", scenario],
-            ["--preset", &preset.to_string(), "--seed"],
-            [&seed.to_string(), "--evaluation-episodes", EVALUATION_EPISODES],
-        ];
-        let mut arguments: Vec<String> =
-            arguments.as_flattened().iter().map(|a| a.to_string()).collect();
-        arguments.extend(["--out".to_owned(), directory.display().to_string()]);
-        Job { weight, file: directory.join("report.html"), arguments }
+    /// Returns the name of the job, which is the name of its directory.
+    pub fn name(&self) -> String {
+        format!("{}-{}-seed{}", self.scenario, self.preset, self.seed)
     }
 
-    fn evaluation(model: &Path, scenario: &str) -> Job {
-        let out = model.join(scenario);
-        let (model, directory) = (model.display().to_string(), out.display().to_string());
-        let arguments = [
-            ["evaluate", "--model", &model, "--scenario"],
-            [scenario, "--episodes", EVALUATION_EPISODES, "--out"],
-        ];
-        let mut arguments: Vec<String> =
-            arguments.as_flattened().iter().map(|a| a.to_string()).collect();
-        arguments.push(directory);
-        Job { weight: 1, file: out.join("evaluation.json"), arguments }
+    /// Returns the path of the trained model.
+    pub fn model(&self) -> PathBuf {
+        self.directory.join(RunDirectory::MODEL)
     }
 
-    /// Returns whether the job has been completed, in this or an earlier run.
-    pub fn is_done(&self) -> bool {
-        self.file.exists()
-    }
-
-    /// Returns the directory that contains the job's files.
-    pub fn directory(&self) -> &Path {
-        self.file.parent().unwrap_or(&self.file)
-    }
-
-    /// Returns the arguments for `evac`. An interrupted training run is resumed.
-    pub fn arguments(&self) -> Vec<String> {
-        let mut arguments = self.arguments.clone();
-        if self.directory().join("checkpoint.safetensors").exists() {
-            arguments.push("--resume".to_owned());
+    /// Returns the expected duration relative to the other jobs.
+    pub fn weight(&self) -> u32 {
+        match self.preset {
+            Preset::Paper => 1,
+            Preset::Robust => 8,
         }
-        arguments
     }
+
+    /// Returns whether the job was completed with the same settings, in this or an earlier run.
+    pub fn is_done(&self) -> bool {
+        let written = fs::read(self.directory.join(SETTINGS)).ok();
+        let written = written.and_then(|json| serde_json::from_slice::<JobSettings>(&json).ok());
+        written == Some(self.settings())
+    }
+
+    fn settings(&self) -> JobSettings {
+        JobSettings {
+            episodes: self.preset.episodes(),
+            randomization: training_randomization(self.preset).name().to_owned(),
+            settings: self.preset.settings(),
+        }
+    }
+
+    /// Trains the policy and evaluates it. Writes the model, the evaluations, `summary.json` and, as
+    /// the last file, the settings.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if training diverges or a file cannot be written.
+    pub fn run(&self) -> anyhow::Result<()> {
+        let settings = self.preset.settings();
+        let plan = Plan {
+            scenario: self.scenario.to_owned(),
+            episodes: self.preset.episodes(),
+            seed: self.seed,
+            rooms: 1,
+        };
+        let mut room = room(training_randomization(self.preset));
+        let mut training = Training::new(plan, settings)?;
+        training.run(std::slice::from_mut(&mut room), &mut NullListener)?;
+        let scenarios = match self.scenario {
+            MIXED => Scenario::ALL.map(Scenario::name).to_vec(),
+            scenario => vec![scenario],
+        };
+        let levels = match self.preset {
+            Preset::Paper => &LEVELS[..1],
+            Preset::Robust => &LEVELS[..],
+        };
+        let directory = RunDirectory::open(&self.directory)?;
+        directory.write(RunDirectory::MODEL, &model_bytes(training.learner().network())?)?;
+        let mut policy = training.policy();
+        for level in levels {
+            for scenario in &scenarios {
+                let evaluation = evaluate_policy(&mut policy, scenario, *level)?;
+                let directory = evaluation_directory(&self.directory, *level, scenario);
+                RunDirectory::open(&directory)?.write_json("evaluation.json", &evaluation)?;
+            }
+        }
+        let summary = Summary {
+            scenario: self.scenario.to_owned(),
+            preset: self.preset.to_string(),
+            seed: self.seed,
+            episodes: training.plan.episodes,
+            steps: training.progress.total_steps,
+            wall_s: training.progress.wall.as_secs_f64(),
+            steps_per_s: training.steps_per_s(),
+            update_us: training.update_us(),
+            evaluation: None,
+        };
+        directory.write_json("summary.json", &summary)?;
+        Ok(directory.write_json(SETTINGS, &self.settings())?)
+    }
+}
+
+fn room(level: Randomization) -> Room {
+    Room::new(WorldSettings { reality: Reality::of(level), ..WorldSettings::default() })
+}
+
+fn evaluate_policy(
+    policy: &mut Policy,
+    scenario: &str,
+    level: Randomization,
+) -> anyhow::Result<task::Evaluation> {
+    let plan = EvaluationPlan {
+        scenario: scenario.to_owned(),
+        episodes: EVALUATION_EPISODES,
+        seed: EVALUATION_SEED,
+        max_steps: EVALUATION_STEPS,
+    };
+    let episodes = evaluate(&plan, policy, &mut room(level), &mut NullListener)?;
+    let shortest = shortest_paths(scenario.parse()?)?;
+    Ok(plan.evaluation(&episodes, Some(&shortest)))
+}
+
+/// Returns the lengths of the full-knowledge shortest paths of the evaluation episodes, in steps.
+fn shortest_paths(scenario: Scenario) -> anyhow::Result<Vec<Option<u32>>> {
+    let mut world = World::new(WorldSettings::default(), scenario, 0)?;
+    let length = |episode| {
+        let seed = episode_seed(Purpose::Evaluation, EVALUATION_SEED, episode);
+        world.reset(Some(seed), Some(scenario))?;
+        Ok(shortest_path_length(&world))
+    };
+    (0..EVALUATION_EPISODES).map(length).collect()
 }
 
 /// Returns all jobs in the order in which they run.
 pub fn all(seeds: u32, out: &Path) -> Vec<Job> {
     let mut jobs = Vec::new();
-    for seed in 0..seeds {
+    for seed in 0..seeds.into() {
+        let mut add = |scenario, preset| {
+            let mut job = Job { scenario, preset, seed, directory: PathBuf::new() };
+            job.directory = out.join(job.name());
+            jobs.push(job);
+        };
+        add(MIXED, Preset::Robust);
         for scenario in Scenario::ALL.map(Scenario::name) {
-            for preset in Preset::ALL {
-                jobs.push(Job::training(out, scenario, preset, seed));
-            }
+            Preset::ALL.into_iter().for_each(|preset| add(scenario, preset));
         }
-        jobs.push(Job::training(out, MIXED, Preset::Robust, seed));
-        let model = out.join(format!("{MIXED}-{}-seed{seed}", Preset::Robust));
-        jobs.extend(Scenario::ALL.map(|scenario| Job::evaluation(&model, scenario.name())));
     }
     jobs
 }

@@ -1,88 +1,89 @@
-//! Trains both presets in every scenario, and one policy for all scenarios, over DDS with several
-//! seeds each, and evaluates the policies. Writes `reproduction.json`, the tables in
-//! `docs/results.md` and the short table in `README.md`. `evac reproduce` runs this program.
+//! Trains both presets in every scenario, and one policy for all scenarios, with several seeds
+//! each, and evaluates the policies with and without perturbations. Writes `reproduction.json`, the
+//! tables in `docs/results.md` and the short table in `README.md`. `evac reproduce` runs this
+//! program.
+//!
+//! All training runs are in this process. The same training run over DDS gives the same weights, to
+//! the last bit. One of them is repeated over DDS to check this, and for the robustness of its
+//! policy.
 
 mod jobs;
+mod over_dds;
 
 use std::{
-    fs::{self, File},
-    path::{Path, PathBuf},
-    process::{Command, ExitCode, Stdio},
-    time::{Duration, Instant},
+    fs,
+    path::PathBuf,
+    sync::{
+        Mutex,
+        atomic::{AtomicUsize, Ordering},
+    },
+    time::Instant,
 };
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use clap::Parser;
-use experiments::{repository, reproduction::Reproduction};
+use experiments::{replace_section, repository, reproduction::Reproduction};
 
 use self::jobs::Job;
 
-/// Performs all training runs and evaluations behind the published results; takes an hour or more.
-/// After an interruption, the same command continues with the remaining jobs.
+/// Performs all training runs and evaluations behind the published results; takes an hour or so.
+/// After an interruption, the same command continues with the remaining training runs.
 #[derive(Parser)]
 struct CommandLine {
     /// Number of seeds per preset and scenario; the first seed is 0
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=99))]
     seeds: u32,
-    /// Output directory for the training runs
+    /// Number of parallel training runs
+    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    jobs: u32,
+    /// Output directory
     #[arg(long, default_value = "runs/reproduction")]
     out: PathBuf,
 }
 
-fn main() -> anyhow::Result<ExitCode> {
-    let CommandLine { seeds, out } = CommandLine::parse();
+fn main() -> anyhow::Result<()> {
+    let CommandLine { seeds, jobs: threads, out } = CommandLine::parse();
     fs::create_dir_all(&out).with_context(|| out.display().to_string())?;
-    let out = fs::canonicalize(&out)?;
-    let jobs = jobs::all(seeds, &out);
-    let total: u32 = jobs.iter().map(|job| job.weight).sum();
-    let mut left: u32 = jobs.iter().filter(|job| !job.is_done()).map(|job| job.weight).sum();
-    let (mut spent, mut completed) = (Duration::ZERO, 0);
-    for job in jobs.iter().filter(|job| !job.is_done()) {
-        let estimate = match completed {
-            0 => String::new(),
-            _ => format!(", about {} min left", (spent * left / completed).as_secs() / 60 + 1),
-        };
-        let directory = job.directory();
-        let name = directory.strip_prefix(&out).unwrap_or(directory).display();
-        println!("{:3} %{estimate}: {name}", 100 * (total - left) / total);
-        let started = Instant::now();
-        run(job)?;
-        if !job.is_done() {
-            // evac was interrupted and saved a checkpoint; 130 is the exit code for SIGINT.
-            return Ok(ExitCode::from(130));
+    let jobs: Vec<Job> = jobs::all(seeds, &out).into_iter().filter(|job| !job.is_done()).collect();
+    let total: u32 = jobs.iter().map(Job::weight).sum();
+    let (next, done, started) = (AtomicUsize::new(0), Mutex::new(0), Instant::now());
+    let work = || -> anyhow::Result<()> {
+        while let Some(job) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
+            // After an error, the other threads start no further training run.
+            job.run()
+                .inspect_err(|_| next.store(jobs.len(), Ordering::Relaxed))
+                .with_context(|| job.name())?;
+            let mut done = done.lock().expect("no thread panics while it holds this lock");
+            *done += job.weight();
+            let left = started.elapsed() * (total - *done) / *done;
+            let percent = 100 * *done / total;
+            println!("{percent:3} %, about {} min left: {}", left.as_secs() / 60 + 1, job.name());
         }
-        spent += started.elapsed();
-        completed += job.weight;
-        left -= job.weight;
-    }
+        Ok(())
+    };
+    std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        threads.into_iter().try_for_each(|thread| thread.join().expect("training does not panic"))
+    })?;
+    // The first job trains the policy for all scenarios with seed 0.
+    let first = jobs::all(1, &out).swap_remove(0);
+    let robustness = over_dds::robustness(&out, &first.model())?;
     let root = repository();
+    let results = root.join("docs/results.md");
+    replace_section(&results, "robustness", &over_dds::table(&robustness)?)?;
+    for (from, to) in [
+        ("robustness.json", "results/robustness.json"),
+        ("figures/robustness.svg", "docs/images/robustness-concave.svg"),
+    ] {
+        fs::copy(robustness.join(from), root.join(to)).with_context(|| to.to_owned())?;
+    }
     let reproduction = Reproduction::read(&out)?;
     reproduction.write_json(&root.join("results/reproduction.json"))?;
-    reproduction.write_results(&root.join("docs/results.md"))?;
+    reproduction.write_results(&results)?;
     reproduction.write_readme(&root.join("README.md"))?;
-    println!("Wrote docs/results.md, README.md and results/reproduction.json.");
-    Ok(ExitCode::SUCCESS)
-}
-
-/// Runs a job with `evac` and writes its output to a log file next to the job's directory. Ctrl-C
-/// also reaches `evac`, which then saves a checkpoint.
-fn run(job: &Job) -> anyhow::Result<()> {
-    let directory = job.directory();
-    fs::create_dir_all(directory).with_context(|| directory.display().to_string())?;
-    let log = directory.with_extension("log");
-    let file = File::create(&log).with_context(|| log.display().to_string())?;
-    let evac = std::env::current_exe()?.with_file_name("evac");
-    let mut command = Command::new(&evac);
-    command.args(job.arguments()).stdin(Stdio::null()).stdout(file.try_clone()?).stderr(file);
-    let status = command.status().with_context(|| evac.display().to_string())?;
-    if !status.success() {
-        bail!("{}\nevac failed ({status}); full log: {}", last_lines(&log), log.display());
-    }
+    println!(
+        "Wrote docs/results.md, README.md, docs/images/robustness-concave.svg, \
+         results/reproduction.json and results/robustness.json."
+    );
     Ok(())
-}
-
-fn last_lines(log: &Path) -> String {
-    let text = fs::read_to_string(log).unwrap_or_default();
-    let lines: Vec<&str> = text.lines().collect();
-    lines[lines.len().saturating_sub(20)..].join("\n")
 }

@@ -71,7 +71,7 @@ struct CommandLine {
     /// Maximum delay of a frame, in milliseconds; delays are random, so frames can be reordered
     #[arg(long, default_value_t = 0.2)]
     delay: f64,
-    /// Number of steps between network cuts, each of which lasts 5 s
+    /// Number of steps between network outages, each of which lasts 5 s
     #[arg(long, default_value_t = 100_000)]
     cut_interval: u64,
     /// Output file (JSON)
