@@ -10,8 +10,8 @@ use crate::{
     world::{EpisodeOver, Layout, Outcome, PlacementError, World},
 };
 
-/// A world, the camera that sees it, and the odometry of the robot, all under the conditions of the
-/// same episode.
+/// A world with its camera and the robot's odometry, all subject to the perturbations drawn for the
+/// current episode.
 ///
 /// # Examples
 ///
@@ -120,8 +120,8 @@ impl Simulation {
         Ok(outcome)
     }
 
-    /// Returns whether an image is lost; the first image of an episode never is. `frame` is 0 for the image of the latest step, and counts
-    /// the images that are taken before the next one.
+    /// Returns whether an image is lost. The first image of an episode is never lost. `frame` is the
+    /// index of the image among those taken since the latest step; 0 is the image of that step.
     pub fn is_dropped(&self, frame: u32) -> bool {
         let step = self.world.steps();
         (step > 0 || frame > 0) && self.world.conditions().is_dropped(step, frame)

@@ -33,7 +33,7 @@ def load_types(package: Path) -> Typestore:
 
 
 def stored_name(ros_type: str) -> str:
-    """Returns the name of a type in rosbags, which represents a service as two messages."""
+    """Returns the name of a type in the library rosbags, which represents a service as two messages."""
     return ros_type.replace("/srv/", "/msg/")
 
 

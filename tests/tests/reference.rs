@@ -217,13 +217,13 @@ fn files(directory: &Path, base: &Path, found: &mut BTreeSet<String>) {
 fn files_of_a_run_are_documented() {
     let nodes = Nodes::new();
     let out = nodes.path("run");
-    let directory = out.to_str().expect("a path in Unicode");
+    let directory = out.to_str().expect("a UTF-8 path");
     let train = ["train", "--episodes", "3", "--evaluation-episodes", "5", "--out", directory];
     let short = ["--checkpoint-interval", "1", "--", "-p", "max_steps:=20"];
     printed(&nodes, "evac", &[&train[..], &short].concat());
     let page = fs::read_to_string(repository().join("docs/reference/files.md")).expect("the page");
     let evaluated = nodes.path("evaluated");
-    let to = evaluated.to_str().expect("a path in Unicode");
+    let to = evaluated.to_str().expect("a UTF-8 path");
     printed(
         &nodes,
         "evac",

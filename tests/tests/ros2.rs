@@ -244,7 +244,7 @@ fn service_call_resets_and_steps_the_simulator() {
 fn a_bag_of_a_training_run_can_be_recorded_and_played() {
     let mut nodes = training();
     let bag = nodes.path("bag");
-    let bag = bag.to_str().expect("a path in Unicode");
+    let bag = bag.to_str().expect("a UTF-8 path");
     let mut recorder = ros2(&nodes, "bag record --output")
         .args([bag, "/camera/image", "/odom"])
         .stdout(Stdio::null())
@@ -282,7 +282,7 @@ fn launch_files_train_a_model() {
     for file in ["train.launch.py", "train.launch.xml"] {
         let out = nodes.path(file);
         let file = repository().join("launch_scripts/launch").join(file);
-        let file = file.to_str().expect("a path in Unicode");
+        let file = file.to_str().expect("a UTF-8 path");
         let mut launch = ros2(&nodes, "launch");
         launch.args([file, "scenario:=concave", "episodes:=5", "seed:=3"]);
         launch.arg(format!("out:={}", out.display()));

@@ -22,7 +22,7 @@ fn train_evaluate_and_drive_work_and_reject_invalid_options() {
         let (status, _, text) = nodes.run(nodes.command(script).args(arguments));
         (status, text)
     };
-    let directory = out.to_str().expect("a path in Unicode");
+    let directory = out.to_str().expect("a UTF-8 path");
     let options =
         ["--episodes", "3", "--seed", "4", "--scenario", "one_cylinder", "--out", directory];
     let short = ["--", "-p", "epsilon_min:=1.0", "-p", "max_steps:=10"];

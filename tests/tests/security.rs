@@ -28,7 +28,7 @@ impl Secured {
         for (name, value) in [
             ("ROS_SECURITY_ENABLE", "true"),
             ("ROS_SECURITY_STRATEGY", "Enforce"),
-            ("ROS_SECURITY_KEYSTORE", keystore.to_str().expect("a path in Unicode")),
+            ("ROS_SECURITY_KEYSTORE", keystore.to_str().expect("a UTF-8 path")),
         ] {
             nodes.set_variable(name, value);
         }

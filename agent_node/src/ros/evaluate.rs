@@ -84,10 +84,10 @@ impl Options {
             parameters,
             "robustness",
             false,
-            "also evaluate the policy under each perturbation of the simulator alone and under all \
-             together, at the levels mild and strong, and write robustness.json, robustness.csv and \
-             robustness.html; sets the simulator's parameters and restores them, unless it is \
-             interrupted",
+            "also evaluate the policy under each of the simulator's perturbations individually and \
+             under all of them combined, at the levels mild and strong, and write robustness.json, \
+             robustness.csv and robustness.html; changes the simulator's parameters and restores \
+             them afterwards, unless interrupted",
         )?;
         let common = CommonParameters::declare(parameters, "")?;
         Ok(Options { scenario, evaluation, out, robustness, common })

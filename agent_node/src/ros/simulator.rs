@@ -61,8 +61,8 @@ impl Connection {
 }
 
 impl<'a> Simulator<'a> {
-    /// Waits until the services of the simulator are available. `deadline` is the timeout of this
-    /// wait and of each later call; `None` means no timeout.
+    /// Waits until the services of the simulator are available. `deadline` is the maximum duration of
+    /// this wait and of each later call; `None` means no limit.
     ///
     /// # Errors
     ///

@@ -7,8 +7,8 @@
 
 use task::Random;
 
-/// The priority of a transition that no update has included yet. Temporal-difference errors are
-/// smaller, except for those of blocked moves at the start of training.
+/// The priority of a transition that no update has included yet. It is higher than almost all others,
+/// so new transitions are sampled soon.
 const NEW: f32 = 1.0;
 
 /// Added to each error, so that every transition can be sampled.

@@ -285,8 +285,8 @@ pub struct ReplaySettings {
     /// Number of updates after every [`update_interval`](Self::update_interval)-th step: `n` in
     /// Dyna-Q.
     pub planning_steps: usize,
-    /// Interval, in steps, at which updates are made, at least 1: every `update_interval`-th step
-    /// of the training run is followed by `planning_steps` updates, all others by none.
+    /// Number of steps between updates, at least 1: `planning_steps` updates follow every
+    /// `update_interval`-th step of the training run.
     #[serde(default = "every_step")]
     pub update_interval: usize,
     /// Prioritized experience replay: the exponent alpha of Schaul et al. (2016), 0 to 1. With 0,

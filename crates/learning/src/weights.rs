@@ -37,7 +37,8 @@ pub(crate) fn he_normal(shape: &[usize], inputs: usize, random: &mut Random) -> 
     normal(shape, deviation, random)
 }
 
-/// Returns a tensor of truncated normal numbers with mean 0 and standard deviation `deviation`.
+/// Returns a tensor of samples from a truncated normal distribution with mean 0 and standard
+/// deviation `deviation`.
 pub(crate) fn normal(shape: &[usize], deviation: f32, random: &mut Random) -> Result<Tensor> {
     let count: usize = shape.iter().product();
     let numbers: Vec<f32> = (0..count).map(|_| deviation * truncated_normal(random)).collect();

@@ -26,7 +26,7 @@ pub enum IntervalError {
     #[error("invalid length {0} (expected: [r] for -r to r, or [low, high])")]
     Length(usize),
     /// The single number is negative or not a number. Holds it.
-    #[error("invalid half width {0} (expected: a finite number of at least 0)")]
+    #[error("invalid half width {0} (expected: a finite number >= 0)")]
     HalfWidth(f64),
     /// The limits are in the wrong order, or one is not finite. Holds them.
     #[error("invalid limits {0} and {1} (expected: finite numbers, the lower limit first)")]

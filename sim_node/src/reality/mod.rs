@@ -4,8 +4,8 @@
 //! episode, [`Conditions::draw`] draws what stays the same during the episode, such as the
 //! brightness. Noise is drawn for each step and image.
 //!
-//! Everything depends only on the key of the episode, the number of the step and the number of the
-//! image, through [`task::Random`]. Each quantity has its own random numbers, so switching one
+//! Every perturbation is a function of the episode key, the step index and the image index alone (see
+//! [`task::Random`]). Each quantity has its own random stream, so switching one
 //! perturbation on or off does not change the others.
 //!
 //! # Examples

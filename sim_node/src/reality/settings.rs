@@ -27,7 +27,8 @@ pub struct Reality {
 /// Perturbations of the camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CameraReality {
-    /// Standard deviation of the noise on each channel of each pixel, in grey levels of 255.
+    /// Standard deviation of the noise on each channel of each pixel, in grey levels, on a scale of
+    /// 0 to 255.
     pub noise: f64,
     /// Brightness factor.
     pub gain: Interval,

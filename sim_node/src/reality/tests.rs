@@ -306,7 +306,7 @@ fn intervals_are_parsed_and_printed() {
     }
     for (list, message) in [
         (&[][..], "invalid length 0 (expected: [r] for -r to r, or [low, high])"),
-        (&[-1.0], "invalid half width -1 (expected: a finite number of at least 0)"),
+        (&[-1.0], "invalid half width -1 (expected: a finite number >= 0)"),
         (&[2.0, 1.0], "invalid limits 2 and 1 (expected: finite numbers, the lower limit first)"),
     ] {
         assert_eq!(Interval::from_list(list).unwrap_err().to_string(), message);

@@ -39,7 +39,7 @@ impl Files {
 
     /// Returns the path of the directory.
     pub fn directory(&self) -> &str {
-        self.0.path().to_str().expect("a path in Unicode")
+        self.0.path().to_str().expect("a UTF-8 path")
     }
 }
 

@@ -15,7 +15,7 @@ const CHECKPOINT: &str = "checkpoint.safetensors";
 
 pub fn command() -> Command {
     Command::new("train")
-        .about("Train a policy over DDS (simulator and agent are two processes), then evaluate it")
+        .about("Train a policy over DDS (simulator and agent are separate processes), then evaluate it")
         .after_help(
             "Preset robust trains with domain randomization: --randomization is strong unless \
              given. With preset paper, it is none unless given. The evaluation after the training \

@@ -84,12 +84,12 @@ impl<'a> File<'a> {
         let mut records = Records::default();
         let chunks = (0..).map(records_name).map_while(|name| self.tensors.tensor(&name).ok());
         for chunk in chunks {
-            let (numbers, []) = chunk.data().as_chunks() else {
-                return Err("a record tensor contains an incomplete number".into());
-            };
             if chunk.dtype() != Dtype::F64 {
                 return Err("a record tensor has the wrong type (expected: F64)".into());
             }
+            let (numbers, []) = chunk.data().as_chunks() else {
+                return Err("the size of a record tensor is not a multiple of 8 bytes".into());
+            };
             let numbers: Vec<f64> =
                 numbers.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
             let (rows, []) = numbers.as_chunks() else {

@@ -19,8 +19,8 @@ const RADIUS: f64 = 0.058;
 /// outside the footprint.
 const DISTANCE: f64 = 0.175;
 
-/// Draws the footprint and the badge of three moments of the first escape, with the badges as far
-/// as possible from the paths and the scene. Out-of-range indices in `moments` are ignored.
+/// Draws the robot's footprint and a badge for each of three moments of the first escape. The badges
+/// are as far as possible from the paths and the scene. Out-of-range indices in `moments` are ignored.
 pub(super) fn badges(drawing: &mut Drawing, escapes: &[Escape], moments: [usize; 3]) {
     let Some(escape) = escapes.first() else { return };
     // Labels of the same moment share a badge.

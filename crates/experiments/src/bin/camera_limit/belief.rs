@@ -1,5 +1,4 @@
-//! What a robot knows after the images that it has seen: the rooms in which it would have seen
-//! exactly these images.
+//! The belief of a robot: the rooms that are consistent with all images that it has observed.
 
 use nalgebra::{Isometry2, Point2, distance};
 use sim_node::{
