@@ -47,6 +47,7 @@ impl Fixture {
             format!("episodes:={episodes}"),
             format!("seed:={SEED}"),
             "preset:=paper".to_owned(),
+            "scenario:=empty".to_owned(),
             "evaluation_episodes:=0".to_owned(),
         ];
         let parameters: Vec<&str> = parameters.iter().map(String::as_str).collect();
@@ -65,12 +66,8 @@ impl Fixture {
         self.nodes.succeed("agent_node", TRAINING);
         let log = self.nodes.log("sim_node");
         assert!(self.nodes.ended("sim_node").is_none(), "sim_node exited:\n{log}");
-        let plan = Plan {
-            scenario: task::seeds::MIXED.to_owned(),
-            episodes: self.episodes,
-            seed: SEED,
-            rooms: 1,
-        };
+        let plan =
+            Plan { scenario: "empty".to_owned(), episodes: self.episodes, seed: SEED, rooms: 1 };
         let here = self.nodes.path("here");
         let undisturbed = Outcome::in_process(plan, Preset::Paper, MAX_STEPS, &here);
         Outcome::read_from(&self.nodes.path("run")).assert_identical(&undisturbed);

@@ -28,6 +28,7 @@ fn start_agent(nodes: &mut Nodes, out: &Path, episodes: u32, resume: bool) {
         format!("seed:={SEED}"),
         format!("resume:={resume}"),
         "preset:=paper".to_owned(),
+        "scenario:=empty".to_owned(),
         "evaluation_episodes:=0".to_owned(),
         // Some kills then hit a checkpoint while it is being written.
         "checkpoint_interval:=1".to_owned(),
@@ -77,7 +78,7 @@ fn training_survives_kills_at_random_times() {
     }
     nodes.succeed("agent_node", TRAINING);
     println!("killed agent_node {agent_kills} times, sim_node {simulator_kills} times");
-    let plan = Plan { scenario: task::seeds::MIXED.to_owned(), episodes, seed: SEED, rooms: 1 };
+    let plan = Plan { scenario: "empty".to_owned(), episodes, seed: SEED, rooms: 1 };
     let undisturbed = Outcome::in_process(plan, Preset::Paper, MAX_STEPS, &nodes.path("here"));
     Outcome::read_from(&out).assert_identical(&undisturbed);
     let names =

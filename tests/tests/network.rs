@@ -37,6 +37,7 @@ fn train(nodes: &mut Nodes, network: &Network, out: &Path, episodes: u32) {
         format!("episodes:={episodes}"),
         format!("seed:={SEED}"),
         "preset:=paper".to_owned(),
+        "scenario:=empty".to_owned(),
         "evaluation_episodes:=0".to_owned(),
     ];
     let parameters = parameters.each_ref().map(String::as_str);
@@ -45,7 +46,7 @@ fn train(nodes: &mut Nodes, network: &Network, out: &Path, episodes: u32) {
 
 /// Returns the result of the same training run in this process.
 fn undisturbed(nodes: &Nodes, episodes: u32) -> Outcome {
-    let plan = Plan { scenario: task::seeds::MIXED.to_owned(), episodes, seed: SEED, rooms: 1 };
+    let plan = Plan { scenario: "empty".to_owned(), episodes, seed: SEED, rooms: 1 };
     Outcome::in_process(plan, Preset::Paper, MAX_STEPS, &nodes.path("here"))
 }
 
