@@ -105,7 +105,7 @@ fn commands_and_output(page: &str) -> Vec<(String, Vec<String>)> {
 const TIMING: [&str; 3] = ["wall_s", "steps_per_s", "update_us"];
 
 #[test]
-#[ignore = "trains three policies, which takes two minutes"]
+#[ignore = "trains three policies, which takes a few minutes"]
 fn the_tutorial_shows_the_output_of_its_commands() {
     let page = fs::read_to_string(repository().join("docs/tutorial.md")).expect("a page");
     let nodes = Nodes::new();
