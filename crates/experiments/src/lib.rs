@@ -12,6 +12,7 @@ mod outcome;
 pub mod reproduction;
 mod room;
 mod section;
+pub mod study;
 
 pub use nodes::{Nodes, TIMEOUT, binary, repository};
 pub use null_listener::NullListener;

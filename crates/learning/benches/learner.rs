@@ -10,6 +10,7 @@ use learning::{
     network::{QNetwork, Shape},
     observation::{Augmentation, History},
     perceptron::Perceptron,
+    priorities::Priorities,
     replay_memory::ReplayMemory,
     sequence::Sequence,
     settings::{Preset, Settings},
@@ -68,15 +69,22 @@ fn inference(bencher: Bencher, preset: Preset) {
 #[divan::bench(args = Preset::ALL, sample_size = 1000)]
 fn sample(bencher: Bencher, preset: Preset) {
     let settings = preset.settings();
-    let mut memory =
-        ReplayMemory::new(settings.replay.capacity, 1, settings.network.observation_frames);
+    let (frames, avoid_repetition) =
+        (settings.network.observation_frames, settings.exploration.avoid_repetition);
+    let mut memory = ReplayMemory::new(settings.replay.capacity, 1, frames, avoid_repetition);
     let mut state = memory.begin_episode(&image(0));
     for (action, Step { reward, terminated, image, .. }) in transitions(&settings) {
         state = memory.store(state, action, reward, terminated, &image);
     }
     let mut batch = vec![0; settings.replay.batch_size];
     let mut random = Sequence::Replay.random(0);
-    bencher.bench_local(|| memory.sample(&mut batch, 0, &mut random));
+    if settings.replay.priority_exponent == 0.0 {
+        bencher.bench_local(|| memory.sample(&mut batch, 0, &mut random));
+    } else {
+        let mut priorities = Priorities::new(settings.replay.priority_exponent);
+        (0..memory.len()).for_each(|index| priorities.announce(index));
+        bencher.bench_local(|| priorities.sample(&mut batch, &mut random));
+    }
 }
 
 /// Converts a batch of observations to network inputs.

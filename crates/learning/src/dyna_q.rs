@@ -96,8 +96,9 @@ impl DynaQ {
         let backend = backend(&settings, &mut random)?;
         let ReplaySettings { capacity, batch_size: batch, priority_exponent, .. } = settings.replay;
         let is_prioritized = priority_exponent > 0.0;
+        let avoid_repetition = settings.exploration.avoid_repetition;
         Ok(DynaQ {
-            memory: ReplayMemory::new(capacity, environments, frames),
+            memory: ReplayMemory::new(capacity, environments, frames, avoid_repetition),
             priorities: is_prioritized.then(|| Priorities::new(priority_exponent)),
             exploration_random: Sequence::Exploration.random(seed),
             replay_random: Sequence::Replay.random(seed),
@@ -140,10 +141,7 @@ impl DynaQ {
         let values = self.valuation.of(self.backend.train(), pasts);
         let random = &mut self.exploration_random;
         let decide = |((state, epsilon), values): (&(u64, f64), [f32; Action::COUNT])| {
-            let excluded = match self.settings.exploration.avoid_repetition {
-                true => memory.frame(*state).tried,
-                false => ActionSet::NONE,
-            };
+            let excluded = memory.frame(*state).tried;
             let explored = random.chance(*epsilon);
             let action = match explored {
                 true => random_action(random, excluded),
@@ -234,8 +232,7 @@ impl DynaQ {
             priorities.importance_weights(&self.batch, beta, &mut self.weights);
         }
         let frames = self.settings.network.observation_frames;
-        let (double_q, avoid_repetition) =
-            (self.settings.target.double_q, self.settings.exploration.avoid_repetition);
+        let double_q = self.settings.target.double_q;
         let (memory, activations) = (&self.memory, &mut self.batch_activations);
         memory.fetch(&self.batch);
         let transitions =
@@ -250,10 +247,7 @@ impl DynaQ {
         for ((choice, values), (transition, augmentation)) in
             self.choices.iter_mut().zip(activations.outputs()).zip(transitions())
         {
-            let excluded = match avoid_repetition {
-                true => augmentation.actions(memory.frame(transition.next_state).tried),
-                false => ActionSet::NONE,
-            };
+            let excluded = augmentation.actions(memory.frame(transition.next_state).tried);
             let (values, _padding) =
                 values.split_first_chunk().expect("the output has a value for each action");
             *choice = greedy_action(values, excluded);

@@ -58,6 +58,14 @@ impl Shape {
         }
     }
 
+    /// Returns an error if there are several parts but no hidden layer that joins them.
+    fn check(&self) -> Result<()> {
+        match self.parts > 1 && self.hidden_layers.is_empty() {
+            true => Err(candle_core::Error::Msg(NO_FIRST_LAYER.to_owned())),
+            false => Ok(()),
+        }
+    }
+
     /// Iterates over the shapes of the weights, `[outputs, inputs]`, from the first layer to the
     /// output layer.
     fn weights(&self) -> impl Iterator<Item = [usize; 2]> {
@@ -116,9 +124,7 @@ impl QNetwork {
     /// Returns an error if there are several parts but no hidden layer, or if candle cannot create a
     /// tensor.
     pub fn new(shape: &Shape, random: &mut Random) -> Result<QNetwork> {
-        if shape.parts > 1 && shape.hidden_layers.is_empty() {
-            return Err(candle_core::Error::Msg(NO_FIRST_LAYER.to_owned()));
-        }
+        shape.check()?;
         let mut layers = Vec::new();
         for (layer, [outputs, inputs]) in shape.weights().enumerate() {
             let is_output = layer == shape.hidden_layers.len();
@@ -215,9 +221,7 @@ impl QNetwork {
         shape: &Shape,
         tensors: &HashMap<String, Tensor>,
     ) -> std::result::Result<QNetwork, WeightsError> {
-        if shape.parts > 1 && shape.hidden_layers.is_empty() {
-            return Err(candle_core::Error::Msg(NO_FIRST_LAYER.to_owned()).into());
-        }
+        shape.check()?;
         let mut layers = Vec::new();
         for (layer, [outputs, inputs]) in shape.weights().enumerate() {
             let tensor = |part: &str, shape: &[usize]| {

@@ -37,7 +37,8 @@ pub struct Frame {
     /// The difference between the number of this image and that of the previous image in the
     /// episode, and the action between them; `None` for the first image of an episode.
     pub before: Option<(u16, Action)>,
-    /// The actions already taken in response to the same view in the same episode ([`tried`]).
+    /// The actions already taken in response to the same view in the same episode ([`tried`]);
+    /// empty without repetition avoidance.
     pub tried: ActionSet,
 }
 
@@ -55,7 +56,7 @@ pub struct Frame {
 ///
 /// let image = |brightness: u8| Image::try_from(vec![brightness; Image::BYTES]);
 /// let forward = Action::try_from(3)?;
-/// let mut memory = ReplayMemory::new(1000, 1, 1);
+/// let mut memory = ReplayMemory::new(1000, 1, 1, false);
 /// let first = memory.begin_episode(&image(0)?);
 /// let second = memory.store(first, forward, STEP_REWARD, false, &image(100)?);
 /// memory.store(second, forward, EXIT_REWARD, true, &image(200)?);
@@ -73,6 +74,8 @@ pub struct ReplayMemory {
     environments: usize,
     /// Number of stacked images in an observation.
     frames: usize,
+    /// Whether repetitions are avoided, so that views are compared.
+    avoid_repetition: bool,
     transitions: Vec<Transition>,
     /// Index of the oldest transition, which the next one replaces once the replay memory is
     /// full.
@@ -90,12 +93,19 @@ const CHUNK: usize = 256;
 
 impl ReplayMemory {
     /// Creates an empty replay memory for at most `capacity` transitions from `environments`
-    /// interleaved environments, with observations of `frames` stacked images.
-    pub fn new(capacity: usize, environments: usize, frames: usize) -> ReplayMemory {
+    /// interleaved environments, with observations of `frames` stacked images. With
+    /// `avoid_repetition`, it records which actions were already taken in response to each view.
+    pub fn new(
+        capacity: usize,
+        environments: usize,
+        frames: usize,
+        avoid_repetition: bool,
+    ) -> ReplayMemory {
         ReplayMemory {
             capacity,
             environments,
             frames,
+            avoid_repetition,
             transitions: Vec::new(),
             oldest: 0,
             images: VecDeque::new(),
@@ -116,7 +126,8 @@ impl ReplayMemory {
         first: u64,
         frames: impl Iterator<Item = Frame>,
     ) -> ReplayMemory {
-        let mut memory = ReplayMemory::new(self.capacity, self.environments, self.frames);
+        let mut memory =
+            ReplayMemory::new(self.capacity, self.environments, self.frames, self.avoid_repetition);
         (memory.first_image, memory.next_image) = (first, first);
         // The transitions come first, since they determine which images are kept.
         transitions.rotate_right(oldest);
@@ -162,11 +173,15 @@ impl ReplayMemory {
         next: &Image,
     ) -> u64 {
         let back = (self.next_image - state) as u16;
-        let tried = tried(
-            next.bytes(),
-            std::iter::once(action).chain(self.past(state).map_while(|moment| moment.action)),
-            self.past(state),
-        );
+        // Comparing views takes a few microseconds, which preset `paper` does not need to spend.
+        let tried = match self.avoid_repetition {
+            true => tried(
+                next.bytes(),
+                std::iter::once(action).chain(self.past(state).map_while(|moment| moment.action)),
+                self.past(state),
+            ),
+            false => ActionSet::NONE,
+        };
         let next_state =
             self.push_frame(Frame { image: *next.bytes(), before: Some((back, action)), tried });
         let transition = Transition { state, next_state, action, reward, terminated };
@@ -383,7 +398,7 @@ mod tests {
             frames in 1usize..5,
             lengths in prop::collection::vec(1usize..120, 1..60),
         ) {
-            let mut memory = ReplayMemory::new(capacity, environments, frames);
+            let mut memory = ReplayMemory::new(capacity, environments, frames, true);
             let mut model = VecDeque::new();
             let mut lengths = lengths.into_iter();
             let mut count = 0;
@@ -441,7 +456,7 @@ mod tests {
             }
             prop_assert_eq!(memory.len(), model.len());
             let needed = memory.needed_images();
-            let restored = ReplayMemory::new(capacity, environments, frames).restore(
+            let restored = ReplayMemory::new(capacity, environments, frames, true).restore(
                 memory.oldest_first().collect(),
                 memory.oldest_index(),
                 needed.start,
@@ -465,7 +480,7 @@ mod tests {
 
     #[test]
     fn a_batch_samples_distinct_transitions_uniformly() {
-        let mut memory = ReplayMemory::new(100, 1, 1);
+        let mut memory = ReplayMemory::new(100, 1, 1, false);
         let mut state = memory.begin_episode(&image(0));
         for number in 1..=60 {
             state = memory.store(state, Action::try_from(0).unwrap(), -0.1, false, &image(number));

@@ -201,11 +201,14 @@ fn overlapping_updates_and_steps_give_the_same_result_as_the_sequential_loop() {
             assert!(model_bytes(training.learner.network()).unwrap() == model, "{settings:?}");
             let mut episodes: Vec<u32> =
                 training.progress.records.iter().map(|record| record.episode).collect();
-            // Losses count for the episodes of all environments.
-            if settings.replay.planning_steps > 0 {
-                let latest = training.progress.records.recent(12);
-                assert!(latest.filter(|record| record.loss.is_some()).count() > 6, "{settings:?}");
-            }
+            // Losses count for the episodes of all environments. There are none in the first
+            // episode, before the first batch, and there may be none in a short one.
+            let mut later = training.progress.records.iter().skip(1);
+            let is_counted = settings.replay.planning_steps > 0;
+            assert!(
+                !is_counted || later.all(|record| record.loss.is_some() || record.steps < 9),
+                "{count} environments, {settings:?}"
+            );
             episodes.sort_unstable();
             assert!(episodes.into_iter().eq(0..25), "an episode did not run exactly once");
         }

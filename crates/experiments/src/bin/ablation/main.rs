@@ -18,28 +18,17 @@ use std::{
 
 use anyhow::Context;
 use clap::Parser;
-use experiments::{NullListener, Room, replace_section, repository};
-use learning::{
-    evaluation::{EvaluationPlan, evaluate},
-    run::RunDirectory,
-    training::{Plan, Training},
+use experiments::{
+    replace_section, repository,
+    study::{evaluate_policy, train},
 };
-use sim_node::{
-    reality::{Randomization, Reality},
-    world::WorldSettings,
-};
+use learning::{run::RunDirectory, training::Plan};
 use task::{Scenario, seeds::MIXED};
 
 use self::{
     results::{LEVELS, Results, TrainingResult},
     variants::{Variant, variants},
 };
-
-/// The evaluation after each training run. The seed and the step limit are the defaults of
-/// `evaluate.sh`.
-const EVALUATION_EPISODES: u32 = 2000;
-const EVALUATION_SEED: u64 = 1;
-const EVALUATION_STEPS: u32 = 200;
 
 /// Trains and evaluates variants of the preset robust and writes the results.
 #[derive(Parser)]
@@ -115,23 +104,12 @@ fn write(path: &Path, results: &Results) -> anyhow::Result<()> {
 
 fn train_and_evaluate(variant: &Variant, seed: u64) -> anyhow::Result<TrainingResult> {
     let plan = Plan { scenario: MIXED.to_owned(), episodes: variant.episodes, seed, rooms: 1 };
-    let mut room = room(variant.randomization);
-    let mut training = Training::new(plan, variant.settings.clone())?;
-    training.run(std::slice::from_mut(&mut room), &mut NullListener)?;
+    let training = train(plan, variant.settings.clone(), variant.randomization)?;
     let mut policy = training.policy();
     let mut evaluations = BTreeMap::new();
     for level in LEVELS {
-        let mut of_level = Vec::new();
-        for scenario in Scenario::ALL.map(Scenario::name) {
-            let plan = EvaluationPlan {
-                scenario: scenario.to_owned(),
-                episodes: EVALUATION_EPISODES,
-                seed: EVALUATION_SEED,
-                max_steps: EVALUATION_STEPS,
-            };
-            let episodes = evaluate(&plan, &mut policy, &mut self::room(level), &mut NullListener)?;
-            of_level.push(plan.evaluation(&episodes, None));
-        }
+        let evaluate = |scenario| evaluate_policy(&mut policy, scenario, level, None);
+        let of_level = Scenario::ALL.into_iter().map(evaluate).collect::<anyhow::Result<_>>()?;
         evaluations.insert(level.name().to_owned(), of_level);
     }
     Ok(TrainingResult {
@@ -142,8 +120,4 @@ fn train_and_evaluate(variant: &Variant, seed: u64) -> anyhow::Result<TrainingRe
         steps: training.progress.total_steps,
         evaluations,
     })
-}
-
-fn room(level: Randomization) -> Room {
-    Room::new(WorldSettings { reality: Reality::of(level), ..WorldSettings::default() })
 }

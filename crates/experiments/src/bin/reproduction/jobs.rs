@@ -3,34 +3,25 @@
 use std::{
     fs,
     path::{Path, PathBuf},
+    sync::OnceLock,
 };
 
 use experiments::{
-    NullListener, Room,
     reproduction::{LEVELS, evaluation_directory, training_randomization},
+    study::{EVALUATION_EPISODES, EVALUATION_SEED, evaluate_policy, train},
 };
 use learning::{
     checkpoint::model_bytes,
-    evaluation::{EvaluationPlan, evaluate},
-    policy::Policy,
     run::{RunDirectory, Summary},
     settings::{Preset, Settings},
-    training::{Plan, Training},
+    training::Plan,
 };
 use serde::{Deserialize, Serialize};
-use sim_node::{
-    reality::{Randomization, Reality},
-    world::{World, WorldSettings, shortest_path_length},
-};
+use sim_node::world::{World, WorldSettings, shortest_path_length};
 use task::{
     Scenario,
     seeds::{MIXED, Purpose, episode_seed},
 };
-
-/// The evaluations have the default seed and step limit of `evaluate.sh`.
-const EVALUATION_EPISODES: u32 = 2000;
-const EVALUATION_SEED: u64 = 1;
-const EVALUATION_STEPS: u32 = 200;
 
 /// The file with the settings of a completed job.
 const SETTINGS: &str = "settings.json";
@@ -93,19 +84,17 @@ impl Job {
     ///
     /// Returns an error if training diverges or a file cannot be written.
     pub fn run(&self) -> anyhow::Result<()> {
-        let settings = self.preset.settings();
         let plan = Plan {
             scenario: self.scenario.to_owned(),
             episodes: self.preset.episodes(),
             seed: self.seed,
             rooms: 1,
         };
-        let mut room = room(training_randomization(self.preset));
-        let mut training = Training::new(plan, settings)?;
-        training.run(std::slice::from_mut(&mut room), &mut NullListener)?;
+        let level = training_randomization(self.preset);
+        let training = train(plan, self.preset.settings(), level)?;
         let scenarios = match self.scenario {
-            MIXED => Scenario::ALL.map(Scenario::name).to_vec(),
-            scenario => vec![scenario],
+            MIXED => Scenario::ALL.to_vec(),
+            scenario => vec![scenario.parse()?],
         };
         let levels = match self.preset {
             Preset::Paper => &LEVELS[..1],
@@ -116,8 +105,9 @@ impl Job {
         let mut policy = training.policy();
         for level in levels {
             for scenario in &scenarios {
-                let evaluation = evaluate_policy(&mut policy, scenario, *level)?;
-                let directory = evaluation_directory(&self.directory, *level, scenario);
+                let shortest = shortest_paths(*scenario)?;
+                let evaluation = evaluate_policy(&mut policy, *scenario, *level, Some(shortest))?;
+                let directory = evaluation_directory(&self.directory, *level, scenario.name());
                 RunDirectory::open(&directory)?.write_json("evaluation.json", &evaluation)?;
             }
         }
@@ -137,35 +127,23 @@ impl Job {
     }
 }
 
-fn room(level: Randomization) -> Room {
-    Room::new(WorldSettings { reality: Reality::of(level), ..WorldSettings::default() })
-}
-
-fn evaluate_policy(
-    policy: &mut Policy,
-    scenario: &str,
-    level: Randomization,
-) -> anyhow::Result<task::Evaluation> {
-    let plan = EvaluationPlan {
-        scenario: scenario.to_owned(),
-        episodes: EVALUATION_EPISODES,
-        seed: EVALUATION_SEED,
-        max_steps: EVALUATION_STEPS,
-    };
-    let episodes = evaluate(&plan, policy, &mut room(level), &mut NullListener)?;
-    let shortest = shortest_paths(scenario.parse()?)?;
-    Ok(plan.evaluation(&episodes, Some(&shortest)))
-}
-
 /// Returns the lengths of the full-knowledge shortest paths of the evaluation episodes, in steps.
-fn shortest_paths(scenario: Scenario) -> anyhow::Result<Vec<Option<u32>>> {
+/// They are computed once per scenario.
+fn shortest_paths(scenario: Scenario) -> anyhow::Result<&'static [Option<u32>]> {
+    static COMPUTED: [OnceLock<Vec<Option<u32>>>; Scenario::ALL.len()] =
+        [const { OnceLock::new() }; Scenario::ALL.len()];
+    let computed = &COMPUTED[scenario as usize];
+    if let Some(lengths) = computed.get() {
+        return Ok(lengths);
+    }
     let mut world = World::new(WorldSettings::default(), scenario, 0)?;
     let length = |episode| {
         let seed = episode_seed(Purpose::Evaluation, EVALUATION_SEED, episode);
         world.reset(Some(seed), Some(scenario))?;
         Ok(shortest_path_length(&world))
     };
-    (0..EVALUATION_EPISODES).map(length).collect()
+    let lengths = (0..EVALUATION_EPISODES).map(length).collect::<anyhow::Result<Vec<_>>>()?;
+    Ok(computed.get_or_init(|| lengths))
 }
 
 /// Returns all jobs in the order in which they run.
