@@ -175,7 +175,7 @@ pub(super) fn model_settings(
                  of the stacked images separately, with the same weights; dueling: separate \
                  outputs for state value and advantages after hidden_layers; convolutional: two convolutional layers before hidden_layers; \
                  recurrent: the first hidden layer is a gated recurrent unit over the stacked \
-                 images. The last three are 10 to 100 times slower",
+                 images. The last three are 5 to 50 times slower",
             )
             .choices(Architecture::ALL),
         )?

@@ -1,7 +1,7 @@
 //! The backend for all architectures except the multilayer perceptron. It uses candle's tensors and
 //! automatic differentiation, and implements Adam with tensor operations.
 //!
-//! It is meant for experimenting with architectures: an update takes 10 to 100 times as long as
+//! It is meant for experimenting with architectures: an update takes 5 to 50 times as long as
 //! with the [kernels](crate::perceptron). Results are reproducible on the same machine. Unlike the
 //! kernels' results, they may differ in the last bits between processors, since the summation order
 //! in candle's matrix product depends on the vector width.

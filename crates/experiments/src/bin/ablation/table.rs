@@ -18,7 +18,10 @@ pub fn tables(variants: &[Variant], results: &Results) -> String {
             Randomization::None => "without perturbations".to_owned(),
             level => format!("with `{}` perturbations", level.name()),
         };
-        let mut table = format!("{title}, {world}:\n\n| | {names} |\n|---|{}\n", "---|".repeat(8));
+        let mut table = format!(
+            "{title}, {world}:\n\n| | {names} |\n|{}\n",
+            "---|".repeat(1 + Scenario::ALL.len())
+        );
         for variant in variants {
             let cells = Scenario::ALL.map(|scenario| {
                 let result = results.get(variant.name);
